@@ -97,7 +97,7 @@ pub fn fixed_steps(scene: &SolverSettings, slow: bool) -> Vec<Setting> {
 pub struct Measurement {
     /// The setting.
     pub setting: Setting,
-    /// How its run ended.
+    /// Status of its run.
     pub status: RowStatus,
     /// Wall time of the fastest of its runs per simulated second, ms.
     pub ms_per_simulated_s: f64,

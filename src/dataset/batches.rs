@@ -94,7 +94,7 @@ impl Batches {
                 continue;
             };
             let batch = batch.map_err(|error| DatasetError::Parquet { path: path.clone(), source: error.into() })?;
-            // The same columns with the same types; what parts say of themselves is not the table's.
+            // Compare only columns and types: parts have further metadata.
             let columns = batch.columns().to_vec();
             return match RecordBatch::try_new(Arc::clone(&self.schema), columns) {
                 Ok(batch) => Ok(Some(batch)),

@@ -177,10 +177,10 @@ pub enum Get {
     CoreTotals(Read<CoreTotals>),
     Totals(Read<RunTotals>),
     Twins(Read<Scatter>),
-    /// Of what, and the quantity's name.
+    /// Group and name of the quantity.
     Scatter(ScatterGroup, &'static str),
     Numerical(Read<NumericalErrors>),
-    /// Of what, and the quantity's name.
+    /// Group and name of the quantity.
     NumericalError(ScatterGroup, &'static str),
     Blow(Read<Blow>),
     /// The name of the blow's hammer.

@@ -32,7 +32,7 @@ pub fn check_manifests(folder: &Path, manifest: &Manifest, timings: &TimingsMani
 /// Found and expected values.
 type Words = (String, &'static str);
 
-/// Compares the parts of a table with each other and with those of the runs.
+/// Compares the parts of a table with each other and with the parts of the runs.
 fn check_parts(manifest: &Manifest, table: TableName, parts: &[TablePart]) -> Result<(), Words> {
     for part in parts {
         let is_block = part.first_row.checked_rem(manifest.study.rows_per_part) == Some(0);

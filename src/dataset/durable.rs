@@ -9,7 +9,7 @@ use super::error::DatasetError;
 use super::trace::{Event, note};
 use decore_files::Staged;
 
-/// Adds what was tried, and on what, to an error of the system.
+/// Adds action and path to a system error.
 pub fn failed_to(action: &'static str, path: &Path) -> impl FnOnce(io::Error) -> DatasetError {
     let path = path.to_owned();
     move |source| DatasetError::Io { action, path, source }

@@ -73,7 +73,7 @@ pub enum DatasetError {
     InUse {
         /// The dataset's folder, or the file.
         path: PathBuf,
-        /// Who, as far as known.
+        /// Owner of the lock, if known.
         owner: String,
     },
     /// The dataset's folder was taken away while it was written to.
@@ -120,7 +120,7 @@ pub enum DatasetError {
         /// The folder.
         path: PathBuf,
     },
-    /// The manifest is not what this program writes.
+    /// The manifest was not written by this program.
     #[error(
         "{}, line {}, column {}: {source}; the file is damaged or not of this program: the sweep, started again, makes it anew \
          from the parts or the journal",
@@ -261,7 +261,7 @@ pub enum DatasetError {
         /// Value in the manifest.
         expected: String,
     },
-    /// A file beside the parts.
+    /// A foreign file in the folder of the parts.
     #[error(
         "{}: no part of the dataset, but readers that take all files of the folder read it too: move it elsewhere",
         path.display()
@@ -276,7 +276,7 @@ pub enum DatasetError {
         /// The part.
         path: PathBuf,
     },
-    /// A place that is not to be written to, and what to do.
+    /// A forbidden path, with the remedy.
     #[error("{0}")]
     Target(String),
     /// A column that is not there.
@@ -305,7 +305,7 @@ fn hint(known: &[String], name: &str) -> String {
 }
 
 impl DatasetError {
-    /// Whether a manifest is gone or damaged, so that what it said must come from the parts.
+    /// Whether a manifest is lost or damaged, so that it must be rebuilt from the parts.
     pub(super) fn is_lost_manifest(&self) -> bool {
         matches!(self, Self::Missing { .. } | Self::Manifest { .. } | Self::Seal { .. })
     }
@@ -321,7 +321,7 @@ impl DatasetError {
         }
     }
 
-    /// Whether files of a dataset are damaged, missing or foreign, so that what it holds cannot be read.
+    /// Whether files of a dataset are damaged, missing or foreign, so that it cannot be read.
     pub fn is_damage(&self) -> bool {
         matches!(
             self,

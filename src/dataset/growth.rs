@@ -24,7 +24,7 @@ use super::writer::{DatasetWriter, Existing};
 pub struct Growth {
     /// Rows of the design before.
     pub rows_before: u64,
-    /// Parts that were damaged; their rows are to be computed again.
+    /// Damaged parts; their rows must be computed again.
     pub damaged: Vec<DatasetError>,
     /// Further losses, in words.
     pub notes: Vec<String>,
@@ -49,7 +49,7 @@ pub fn grow(
     settle(folder)?;
     match known(folder) {
         Ok(known) if has_grown(&known.manifest, info, rows_hash) => {}
-        // Whoever opens the dataset says what is wrong with it.
+        // Other commands report the damage when they open the dataset.
         _ => return Ok(None),
     }
     let _lock = Lock::take(folder)?;

@@ -64,7 +64,7 @@ pub struct DatasetInfo {
     pub study_name: String,
     /// The study file's text, as typed.
     pub study_text: String,
-    /// Hash that stands for the study's values and those of its hammer files, in hexadecimal.
+    /// Hash of the values of the study and its hammer files, in hexadecimal.
     pub study_hash: String,
     /// The same over all but the number of rows: a study that only got more rows has the same one. Empty: not known.
     #[serde(default)]
@@ -102,7 +102,7 @@ pub struct DatasetInfo {
     /// constraints); null for a design without factors.
     #[serde(default)]
     pub design_quality: serde_json::Value,
-    /// Which rows of the design belong together. `None`: not known, as the program that wrote the dataset did not say.
+    /// Groups of dependent rows of the design. `None`: unknown, because an older program wrote the dataset.
     #[serde(default)]
     pub row_groups: Option<Vec<GroupSpan>>,
     /// Twins of each row.
@@ -133,7 +133,7 @@ pub struct DatasetInfo {
 pub const RETRIES: &str = "retries";
 
 impl DatasetInfo {
-    /// How many times a row that diverges is run again.
+    /// Number of retries of a row that diverges.
     pub fn retries(&self) -> u32 {
         self.settings.get(RETRIES).and_then(|times| times.parse().ok()).unwrap_or(DEFAULT_RETRIES)
     }
@@ -191,7 +191,7 @@ quantities! {
         pub row: u64 => "1",
         /// Values of the factors, in the order of [`DatasetInfo::factors`].
         pub factors: Vec<Value>,
-        /// How it ended.
+        /// Outcome of the row.
         pub outcome: RowOutcome,
     }
 }

@@ -64,7 +64,7 @@ pub struct Journal {
     /// First bytes of a file that is new.
     begin: Vec<u8>,
     state: Mutex<State>,
-    /// Held while files are synced: who finds nothing to sync must not be told so while another still waits for the disk.
+    /// Locked while files are synced: a caller that finds nothing to sync must still wait until another caller's sync is complete.
     syncing: Mutex<()>,
 }
 
@@ -282,7 +282,7 @@ pub struct Salvage {
     pub foreign: Vec<PathBuf>,
 }
 
-/// Calls `take` for every whole row of the journal of this study, then cuts what is behind the last one of each file.
+/// Calls `take` for every complete row of this study in the journal, then truncates each file after its last complete row.
 ///
 /// # Errors
 /// The system's.
@@ -311,7 +311,7 @@ pub fn recover(dataset: &Path, info: &DatasetInfo, take: &mut dyn FnMut(StoredRo
     Ok(Salvage { notes, foreign })
 }
 
-/// Whole rows in the journal that `counts` and those of them that are not done, without changing it.
+/// Counts complete rows of the journal that `counts` accepts, and rows among them that are not done. Changes nothing.
 ///
 /// # Errors
 /// The system's.
@@ -449,7 +449,7 @@ mod tests {
             let mut rows = Vec::new();
             recover(scratch.path(), &info(), &mut |row| rows.push(row)).expect("recovered");
             assert_eq!(rows, (0..expected).map(row).collect::<Vec<_>>(), "{length} bytes");
-            // What follows a cut is found again.
+            // Find the next frame after a cut.
             let again = Journal::new(lock.place().clone(), &info());
             again.append(&row(7)).expect("written");
             assert_eq!(count(scratch.path(), &|_| true).expect("counted").0, expected + 1);

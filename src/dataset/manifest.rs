@@ -62,11 +62,11 @@ pub struct Manifest {
     pub format_version: u32,
     /// Whether all rows of [`Manifest::range`] are there.
     pub complete: bool,
-    /// Rows that the dataset is to hold: all of the design, or those of a shard.
+    /// Rows of the complete dataset: all rows of the design, or of a shard.
     pub range: RowSpan,
     /// Number of rows that are there, whatever their status.
     pub rows_done: u64,
-    /// Which rows are there: ascending, with gaps between the spans.
+    /// Existing rows: ascending spans with gaps between them.
     pub done: Vec<RowSpan>,
     /// The dataset's study.
     pub study: DatasetInfo,
@@ -139,7 +139,7 @@ pub fn gaps(whole: RowSpan, spans: &[RowSpan]) -> Vec<RowSpan> {
 }
 
 impl Manifest {
-    /// The manifest of a dataset without rows that is to hold those of `range`.
+    /// Manifest of an empty dataset for the rows of `range`.
     pub fn new(study: DatasetInfo, range: RowSpan) -> Self {
         let mut manifest = Self {
             format_version: FORMAT_VERSION,
@@ -186,8 +186,7 @@ impl Manifest {
         (files.signals.is_some() || self.study.signals.is_empty()).then_some(files)
     }
 
-    /// Notes rows that are to be run with other budgets. Noting them again changes nothing: a run that is repeated after its end,
-    /// however that came, leaves the manifest as it is.
+    /// Records rows to run with other budgets. Recording them again changes nothing: a repeated run leaves the manifest unchanged.
     pub fn note_rerun(&mut self, rerun: Rerun) {
         match self.reruns.iter_mut().find(|known| known.changed == rerun.changed) {
             Some(known) => known.rows = union(known.rows.drain(..).chain(rerun.rows)),
@@ -206,7 +205,7 @@ impl Manifest {
         self.count();
     }
 
-    /// Notes the ascending `rows` of a block and its parts, in place of what was known of the block.
+    /// Records the ascending `rows` of a block and its parts, and replaces the block's earlier entry.
     pub fn put_block(&mut self, rows: impl Iterator<Item = u64>, files: BlockFiles) {
         let BlockFiles { runs, blows, signals } = files;
         self.remove_block(runs.first_row);
@@ -243,7 +242,7 @@ impl Manifest {
         }
         let text = read_text(path, folder)?;
         let version: VersionOnly = parse(&text, path)?;
-        // Older versions have no seal; a broken one says that not even the version is sure.
+        // Older versions have no seal. With a broken seal not even the version is certain.
         if version.format_version != FORMAT_VERSION && (is_sealed(&text) || !text.contains(SEAL)) {
             let path = path.to_owned();
             return Err(DatasetError::Version { path, found: version.format_version, expected: FORMAT_VERSION });
@@ -316,7 +315,7 @@ pub fn to_sealed_json<T: Serialize>(manifest: &T, path: &Path) -> Result<Vec<u8>
     Ok(bytes)
 }
 
-/// Whether a text is what [`to_sealed_json`] wrote.
+/// Whether [`to_sealed_json`] wrote a text.
 fn is_sealed(text: &str) -> bool {
     let contents = text.rsplit_once(SEAL);
     contents.is_some_and(|(body, end)| end == format!("{}\"\n}}\n", blake3::hash(body.as_bytes()).to_hex()))
@@ -327,7 +326,7 @@ fn parse_sealed<T: for<'de> Deserialize<'de>>(text: &str, path: &Path) -> Result
     if is_sealed(text) { Ok(parsed) } else { Err(DatasetError::Seal { path: path.to_owned() }) }
 }
 
-/// A value from what [`to_sealed_json`] wrote, or from a text without a checksum, as earlier programs wrote it.
+/// Reads a value from a text of [`to_sealed_json`], or from a text without a checksum of an earlier program.
 ///
 /// # Errors
 /// [`DatasetError::Manifest`] or [`DatasetError::Seal`].

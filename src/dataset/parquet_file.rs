@@ -97,7 +97,7 @@ pub struct FileFormat {
 }
 
 impl FileFormat {
-    /// The format of a study's tables with a schema; `dictionary`: what files say of their columns.
+    /// Format of a study's tables with a schema; `dictionary`: descriptions of the columns.
     ///
     /// # Errors
     /// The Parquet library's.
@@ -299,7 +299,7 @@ fn visit_batch<'c>(
     Ok(())
 }
 
-/// A column of a batch: what its array is, is asked once and not for each cell.
+/// A column of a batch. The type of its array is checked once, not for each cell.
 struct ColumnView<'a> {
     nulls: Option<&'a NullBuffer>,
     values: ViewValues<'a>,

@@ -109,7 +109,7 @@ impl Disk {
             }
         }
         fs::create_dir_all(root).expect("root");
-        // Folders come before what is in them; what is in a folder that is not there is not there.
+        // Folders come before their files: a file in a missing folder is missing too.
         for (name, file) in &names {
             let path = root.join(name);
             if !path.parent().is_some_and(Path::is_dir) {
@@ -123,7 +123,7 @@ impl Disk {
     }
 }
 
-/// Page by page what is safe or what was asked for, or the beginning of this before the rest of that.
+/// Mixes the synced and the written bytes page by page, or cuts the written bytes and appends the rest of the synced ones.
 fn mixed([safe, asked]: &[Vec<u8>; 2], random: &mut impl FnMut(usize) -> usize) -> Vec<u8> {
     if safe == asked {
         return safe.clone();

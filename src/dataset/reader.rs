@@ -149,7 +149,7 @@ impl DatasetReader {
         parts.iter().try_for_each(|part| opening.open(part)?.visit(&columns, visit))
     }
 
-    /// The parts of a table that is to be read.
+    /// Returns the parts of a table for reading.
     ///
     /// # Errors
     /// [`DatasetError::Stray`] for a file in the tables' folders that is no part: whoever reads the whole folder takes its rows for

@@ -36,9 +36,9 @@ pub struct BlockDescription {
 
 /// The manifests of a folder.
 pub struct Known {
-    /// `manifest.json`, or what it must have been.
+    /// `manifest.json`, read or rebuilt.
     pub manifest: Manifest,
-    /// `timings.json`, or what is left of it.
+    /// `timings.json`, or its remaining entries.
     pub timings: TimingsManifest,
     /// Losses, in words.
     pub notes: Vec<String>,
@@ -112,8 +112,8 @@ pub fn known(folder: &Path) -> Result<Known, DatasetError> {
     Ok(Known { manifest, timings, notes, unvouched })
 }
 
-/// The manifest that the parts of timings describe, on top of what the journal says of the beginning; `None` if nothing describes
-/// it, or not all of one dataset.
+/// Rebuilds the manifest from the parts of timings and from the beginning in the journal. `None` if nothing describes it, or if the
+/// descriptions belong to several datasets.
 fn manifest_of_parts(folder: &Path, begun: Option<Manifest>) -> Result<Option<Manifest>, DatasetError> {
     let mut manifest = begun;
     for (first_row, path) in part_files(folder, TableName::Timings)? {

@@ -17,7 +17,7 @@ const CELL_BYTES: usize = 9;
 /// Usual size of a row's texts.
 const TEXT_BYTES: usize = 256;
 
-/// A row of all tables as bytes: its index, its cells of `runs`, of `timings`, those of its blows, and of the instants of its signals.
+/// A row of all tables as bytes: its index, and its cells of `runs`, `timings`, `blows` and `signals`.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct StoredRow {
     row: u64,
@@ -162,7 +162,7 @@ impl RowWriter {
     }
 }
 
-/// Whether the cells of a row of `runs` with these columns say that the row is not done.
+/// Whether the cells of a row of `runs` show that the row is not done.
 pub fn cells_say_failed(names: &[&str], cells: &[Cell<'_>]) -> bool {
     let status = names.iter().zip(cells).find(|(name, _)| **name == RowOutcome::status.name);
     status.is_none_or(|(_, cell)| *cell != Some(Value::Text(RowStatus::Done.name())))

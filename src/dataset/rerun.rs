@@ -23,7 +23,7 @@ pub enum RerunSelection {
 }
 
 impl Recovered {
-    /// The rows that are to be run again, ascending, with gaps between the spans; all rows of their blocks become pending.
+    /// Chooses rows to re-run, ascending, with gaps between the spans. All rows of their blocks become pending.
     ///
     /// Memory is taken for all rows of the blocks that have a chosen one.
     ///

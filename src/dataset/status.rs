@@ -44,7 +44,7 @@ pub enum SweepState {
 pub struct RowError {
     /// Index of the row.
     pub row: u64,
-    /// How it ended: audit_failed, invalid, diverged or budget_exhausted.
+    /// Status of the row: audit_failed, invalid, diverged or budget_exhausted.
     pub status: String,
     /// Reason.
     pub reason: String,
@@ -55,7 +55,7 @@ pub struct RowError {
 pub struct SweepStatus {
     /// State of the sweep.
     pub state: SweepState,
-    /// In words, e.g. what went wrong; may be empty.
+    /// Reason in words; may be empty.
     pub message: String,
     /// The process.
     pub process: u32,
@@ -83,7 +83,7 @@ pub struct SweepStatus {
     pub rows_per_s: f64,
     /// Time left in s at this rate; `null` before the first row.
     pub seconds_left: Option<f64>,
-    /// Largest resident memory of the process in bytes, where the system tells.
+    /// Largest resident memory of the process in bytes, if the system reports it.
     pub peak_memory_bytes: Option<u64>,
     /// The last rows that are not done, latest last.
     pub last_errors: Vec<RowError>,
@@ -95,7 +95,7 @@ impl SweepStatus {
         SystemTime::now().duration_since(UNIX_EPOCH).map_or(0, |time| time.as_secs())
     }
 
-    /// Puts the status beside a dataset that is being written. Not synced: it is a view, the dataset does not depend on it.
+    /// Writes the status next to a dataset that is being written. It is not synced, because the dataset does not depend on it.
     ///
     /// # Errors
     /// The system's.
@@ -132,7 +132,7 @@ impl SweepStatus {
         to_json(self, path)
     }
 
-    /// The status of the dataset in `dataset`: what its last writer said, corrected by what is there.
+    /// Status of the dataset in `dataset`: as its last writer left it, corrected from the files.
     ///
     /// # Errors
     /// [`DatasetError::Missing`], those of the manifest, [`DatasetError::Seal`] for a status that is damaged, or the system's.
@@ -198,7 +198,7 @@ pub fn is_staged(name: &Path) -> bool {
     is_passing_name(name, Path::new(STATUS_NAME))
 }
 
-/// Removes what a process left that was killed while it wrote a status; only with the dataset's lock.
+/// Removes temporary files of a process that was killed while it wrote a status. Needs the dataset's lock.
 ///
 /// # Errors
 /// The system's.

@@ -25,7 +25,7 @@ pub const STAGING: &str = ".staging";
 
 /// Folder of the grown dataset while it is written, below the dataset's.
 pub const GROWING: &str = ".growing";
-/// Folder for parts that are not those of the manifest any more.
+/// Folder for parts that no longer match the manifest.
 pub const DAMAGED: &str = ".damaged";
 /// Folder of the datasets that were replaced, until the one that replaces them is whole.
 pub const REPLACED: &str = ".replaced";
@@ -76,7 +76,7 @@ pub struct Store {
 #[derive(Clone, Copy)]
 struct PartRows {
     first_row: u64,
-    /// How many of them are not done.
+    /// Number of rows that are not done.
     failed: u64,
 }
 
@@ -109,7 +109,7 @@ impl Store {
         Ok(store)
     }
 
-    /// The manifest of what is in place.
+    /// Manifest of the stored parts.
     pub fn manifest(&self) -> &Manifest {
         &self.manifest
     }

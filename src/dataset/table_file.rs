@@ -90,8 +90,8 @@ pub fn write_table(path: &Path, info: &DatasetInfo, table: &str, columns: &[Tabl
     StagedFile::write(folder, path, &bytes)?.put_in_place()
 }
 
-/// The Parquet file of columns whose fields say more than unit and description; `dictionary`: what the file is to say of them. The
-/// study is in its metadata as in every file's.
+/// Parquet file of columns with metadata beyond unit and description; `dictionary`: data dictionary of the file. The study is in its
+/// metadata, as in every file.
 ///
 /// # Errors
 /// The Parquet library's, such as columns of different lengths.

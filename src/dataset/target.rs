@@ -6,7 +6,7 @@ use std::path::{Path, PathBuf};
 use super::error::DatasetError;
 use super::owned::owner;
 
-/// Refuses a file whose name says that it is of another kind than those that end in one of `endings`.
+/// Returns an error if a file's name does not end in one of `endings`.
 ///
 /// # Errors
 /// [`DatasetError::Target`].
@@ -26,8 +26,8 @@ pub fn check_ending(file: &Path, endings: &[&str]) -> Result<(), DatasetError> {
     Err(DatasetError::Target(format!("{shown}: what is written is {kinds}, so the name has to end in {dotted}")))
 }
 
-/// Refuses what lies where a dataset keeps its own, by whatever links. `coming`: folders that are to become datasets, as
-/// [`place`] gives them.
+/// Returns an error for a path among a dataset's own files, also through links. `coming`: folders that will become datasets, as returned by
+/// [`place`].
 ///
 /// # Errors
 /// [`DatasetError::Target`].

@@ -96,7 +96,7 @@ impl DatasetWriter {
         Self::open(folder, info, RowSpan { first: 0, end: info.rows }, existing)
     }
 
-    /// As [`DatasetWriter::create`], for rows of other datasets: what these say of rows that were run again goes with them.
+    /// As [`DatasetWriter::create`], for rows of other datasets, including their records of re-run rows.
     pub(super) fn copy(
         folder: &Path,
         info: &DatasetInfo,
@@ -108,7 +108,7 @@ impl DatasetWriter {
         Self::open_noting(folder, info, manifest, existing)
     }
 
-    /// Creates the dataset's folder and manifests for the rows of `range`, or goes on with what is there.
+    /// Creates the dataset's folder and manifests for the rows of `range`, or continues an existing dataset.
     ///
     /// # Errors
     /// [`DatasetError::Exists`], [`DatasetError::Changed`] or [`DatasetError::Occupied`] for what the folder holds;
@@ -251,7 +251,7 @@ impl DatasetWriter {
         self.left.iter().map(|&(first, end)| RowSpan { first, end }).collect()
     }
 
-    /// Rows that were there when the dataset was opened, and those of them that are not done.
+    /// Rows that existed when the dataset was opened, and those that are not done.
     pub fn recovered(&self) -> (u64, u64) {
         self.recovered
     }
@@ -292,7 +292,7 @@ impl DatasetWriter {
 
     /// Writes the blocks that are not full too, and returns the manifest.
     ///
-    /// The manifest says whether the dataset has all its rows.
+    /// The manifest shows whether the dataset has all its rows.
     ///
     /// # Errors
     /// The system's or the Parquet library's; the rows are in the journal then.
@@ -376,7 +376,7 @@ impl DatasetWriter {
 impl Drop for DatasetWriter {
     fn drop(&mut self) {
         if let Some(parts) = self.parts.take() {
-            // What was handed over is still written; what fails is in the journal, and drop cannot report.
+            // Write all submitted rows. Failed writes stay in the journal; drop cannot report errors.
             let _ = parts.finish();
         }
         let _ = self.recorder.journal.sync();
@@ -440,7 +440,7 @@ struct ResumeCheck<'a> {
 
 /// Contents of a folder.
 enum Found {
-    /// Nothing, or what a dataset's creation leaves when it is interrupted.
+    /// Nothing, or the files of an interrupted creation.
     Nothing,
     /// A dataset.
     Dataset(Box<Known>),
@@ -469,7 +469,7 @@ fn look(folder: &Path, existing: Existing) -> Result<Found, DatasetError> {
     }
 }
 
-/// Refuses another study, unless only budgets are others and no row that is to stay met the old ones; returns what is other.
+/// Refuses another study, unless only budgets differ and no remaining row reached the old ones. Returns the differences.
 fn refuse_change(
     folder: &Path,
     manifest: &Manifest,
@@ -514,7 +514,7 @@ fn rows_there(folder: &Path, manifest: &Manifest) -> Result<u64, DatasetError> {
     Ok(manifest.rows_done + journal::count(folder, &|row| !manifest.has(row))?.0)
 }
 
-/// Whether a folder is absent, empty, or holds only what a dataset's creation leaves when it is interrupted.
+/// Whether a folder is absent, empty, or contains only files of an interrupted creation.
 fn is_vacant(folder: &Path) -> Result<bool, DatasetError> {
     let entries = match fs::read_dir(folder) {
         Ok(entries) => entries,
@@ -537,8 +537,7 @@ fn is_vacant(folder: &Path) -> Result<bool, DatasetError> {
     Ok(journal::count(folder, &|_| true)?.0 == 0)
 }
 
-/// Moves what a dataset consists of aside; the manifest goes last, so that an interrupted move can be repeated. Says where
-/// to.
+/// Moves all files of a dataset aside, the manifest last, so that an interrupted move can be repeated. Returns the new place.
 fn replace_dataset(folder: &Path) -> Result<String, DatasetError> {
     let earlier = fs::read_dir(folder.join(REPLACED)).map_or(0, Iterator::count);
     let aside = folder.join(REPLACED).join((earlier + 1).to_string());

@@ -97,7 +97,7 @@ fn patiently(mut attempt: impl FnMut() -> io::Result<()>) -> io::Result<()> {
     attempt()
 }
 
-/// Whether the system refuses as another program has the file open, or for what cannot be told from it.
+/// Whether another program has the file open, or the system's error does not exclude it.
 fn is_held_by_another(error: &io::Error) -> bool {
     /// `ERROR_ACCESS_DENIED`, `ERROR_SHARING_VIOLATION`.
     const HELD: [i32; 2] = [5, 32];

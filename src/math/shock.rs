@@ -203,7 +203,7 @@ fn lowest_octave(x: [f64; 2]) -> [[f64; 2]; 5] {
     [next(one, 1.0), one, two, three, four]
 }
 
-/// How a cycle counts: `(largest pseudo-velocity / reference)^exponent`, from a threshold on.
+/// Weight of a cycle: `(largest pseudo-velocity / reference)^exponent`, above a threshold.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Damage {
     /// Pseudo-velocity in m/s of which a cycle counts 1.
@@ -250,7 +250,7 @@ pub struct ShockResponse {
     damage: Option<Damage>,
     /// Largest pseudo-velocities of the present cycles, m/s. A cycle reaches from one passage of zero upwards to the next.
     cycle: [f64; BAND],
-    /// Which cycles count so far, a bit for each.
+    /// Cycles that count so far, one bit each.
     cycles: u32,
     dose: [f64; BAND],
     run: [f64; BAND],

@@ -15,7 +15,7 @@ use decore_model::metrics::{Aggregates, CoreTotals, RunTotals};
 use decore_study::CheckedStudy;
 use decore_study::engine::checked;
 
-/// Outputs by which placements are compared beside the goal and the limits: work, frequency, velocities, forces and air.
+/// Outputs for the comparison of placements, in addition to goal and limits: work, frequency, velocities, forces and air.
 const COMPARED: [&str; 9] = [
     RunTotals::strike_energy_j.name,
     RunTotals::delivered_work_j.name,

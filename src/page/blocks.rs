@@ -29,7 +29,7 @@ const SCENE: [&str; 4] = [
     include_str!("../assets/pages/scene.js"),
 ];
 
-/// Which page it is.
+/// Kind of page.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Scripts {
     /// Page of a dataset.
@@ -38,7 +38,7 @@ pub enum Scripts {
     Scene,
 }
 
-/// A page: its title, what is said of its data, and the data.
+/// Builds a page: title, metadata and data.
 ///
 /// # Errors
 /// Those of writing `meta` as JSON.

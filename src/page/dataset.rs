@@ -21,7 +21,7 @@ use decore_study::{CheckedStudy, DesignOutline};
 pub const MOST_ROWS: u64 = 100_000;
 /// Numbers up to which a page carries all digits; beyond, single precision.
 const MOST_EXACT: u64 = 250_000;
-/// Texts of a column that are told apart.
+/// Largest number of different texts of a column.
 const MOST_NAMES: usize = 200;
 /// Text for all texts beyond [`MOST_NAMES`].
 const OTHERS: &str = "others";

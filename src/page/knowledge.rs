@@ -32,7 +32,7 @@ impl<T> Known<T> {
     }
 }
 
-/// Models and what is to be said of them at every use.
+/// Models and their warnings.
 #[derive(Debug, Serialize)]
 pub(super) struct Models {
     surrogate: Surrogate,
@@ -48,8 +48,7 @@ pub(super) fn sensitivity(reader: &DatasetReader, rows: u64) -> Known<Sensitivit
     Known::of(analyse(reader, &SensitivitySettings::default()))
 }
 
-/// The models of a dataset of so many rows, as `decore surrogate` fits them by its defaults.
-/// What predicts is appended to the page's data.
+/// Fits the models of a dataset of so many rows with the defaults of `decore surrogate`, and appends the predictors to the page's data.
 pub(super) fn models(reader: &DatasetReader, rows: u64, data: &mut Vec<u8>) -> Known<Models> {
     if rows > MOST_MODELLED {
         return Known::not(format!(

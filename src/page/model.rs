@@ -43,7 +43,7 @@ struct SuccessData {
     process: Option<ProcessData>,
 }
 
-/// Appends a model to the page's data; returns what describes it.
+/// Appends a model to the page's data; returns its description.
 pub(super) fn model_data(model: &Model, data: &mut Vec<u8>) -> ModelData {
     let rows = model.points.rows();
     let points: Vec<f64> = (0..rows).flat_map(|row| model.points.row(row).to_vec()).collect();

@@ -8,7 +8,7 @@ use decore_model::structure::{MobilityCurve, ModePair, QualityReport};
 const FULL: Color = COLORS[5];
 const REDUCED: Color = COLORS[0];
 
-/// The page. `title`: what was reduced.
+/// Builds the page. `title`: name of the reduced machine.
 ///
 /// # Errors
 /// The plotting library's words.

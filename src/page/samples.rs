@@ -11,7 +11,7 @@ const STEPS: f64 = 65_536.0;
 /// Longest step of a position in m: values err by half of it.
 const LONGEST_STEP_M: f64 = 1e-6;
 
-/// How the numbers of a signal are read: `low + step * k`, `k` whole.
+/// Coding of a signal's numbers: `low + step * k`, `k` whole.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub(super) struct Scale {
     pub low: f64,

@@ -70,7 +70,7 @@ pub struct MeasuredCurve<'a> {
 /// A part of a measured channel without a gap.
 #[derive(Debug, Clone, Copy)]
 pub struct MeasuredPiece<'a> {
-    /// Which of the signal's values its first is beside.
+    /// Index of the signal's value at its first value.
     pub first: usize,
     /// Values in the signal's unit.
     pub values: &'a [f64],
@@ -114,7 +114,7 @@ struct Shocks {
     cores: Vec<(String, CoreSpectrum)>,
 }
 
-/// A measured curve of the data block: what it measures, its parts.
+/// A measured curve of the data block: signal and parts.
 #[derive(Serialize)]
 struct Curve<'a> {
     of: SignalOf,
@@ -193,7 +193,7 @@ struct Output {
     text: String,
 }
 
-/// The spectrum of a signal over a phase, or what is measured of it.
+/// Spectrum of a signal over a phase, or of its measurement.
 #[derive(Serialize)]
 struct Spectra<'a> {
     hammer: usize,
@@ -226,8 +226,8 @@ struct Lines {
 }
 
 impl SceneView<'_> {
-    /// Interval in s at which what is shown of `signals` signals over `duration_s` is read: 20 us, which shows the peaks of short
-    /// contacts; of long scenes with many signals more.
+    /// Interval in s of the displayed values of `signals` signals over `duration_s`: 20 us, which shows the peaks of short contacts; longer
+    /// for long scenes with many signals.
     pub fn page_interval_s(signals: usize, duration_s: f64) -> f64 {
         (duration_s * signals as f64 / MOST_VALUES).max(LEAST_INTERVAL_S)
     }
@@ -406,7 +406,7 @@ struct WithSpectra<'a> {
     signal: &'a Signal,
 }
 
-/// The signals that have spectra: of every hammer the same, and what else was measured.
+/// Signals with spectra: the same ones of every hammer, and other measured ones.
 fn with_spectra<'a>(view: &SceneView<'a>) -> Vec<WithSpectra<'a>> {
     let signals = || view.signals.iter();
     let own = (0..view.scene.hammers.len()).flat_map(|hammer| {
@@ -427,7 +427,7 @@ fn with_spectra<'a>(view: &SceneView<'a>) -> Vec<WithSpectra<'a>> {
     all
 }
 
-/// Spectra by phase, of what was measured too: of all signals over the time that they have in common, without a gap.
+/// Spectra by phase, of measurements too: all signals over their common time without a gap.
 fn spectra<'a>(view: &SceneView<'a>, blows: &[Blow], data: &mut Samples) -> Vec<Spectra<'a>> {
     let (mut spectra, interval_s) = (Vec::new(), view.interval_s);
     for WithSpectra { hammer, signal } in with_spectra(view) {
@@ -469,7 +469,7 @@ fn spectra<'a>(view: &SceneView<'a>, blows: &[Blow], data: &mut Samples) -> Vec<
     spectra
 }
 
-/// The values of `samples` that a signal has, whose first value is that of sample `first`.
+/// Values of a signal within `samples`; `first`: sample of its first value.
 fn within<'v>(values: &'v [f64], first: usize, samples: &Range<usize>) -> &'v [f64] {
     let [from, to] = [samples.start, samples.end].map(|at| at.clamp(first, first + values.len()) - first);
     values.get(from..to).unwrap_or_default()

@@ -9,16 +9,16 @@ use super::mobility::Mobility;
 use super::quoted::CITATION;
 use decore_statistics::signal::relative_difference;
 
-/// The paper beside decore.
+/// Comparison of the paper with decore.
 #[derive(Debug, Clone, PartialEq, Serialize, JsonSchema)]
 pub struct PaperComparison {
     /// Publication of the paper.
     pub citation: &'static str,
-    /// How many of the figures that it calculated ours agree with.
+    /// Number of calculated figures with which ours agree.
     pub calculations: Agreement,
-    /// How many of those that it measured.
+    /// Number of measured figures with which ours agree.
     pub measurements: Agreement,
-    /// How many of the differences between both that it quotes.
+    /// Number of quoted differences with which ours agree.
     pub quoted_differences: Agreement,
     /// Figures that belong together.
     pub groups: Vec<FigureGroup>,
@@ -26,7 +26,7 @@ pub struct PaperComparison {
     pub mobility: Mobility,
 }
 
-/// How many figures agree.
+/// Number of figures that agree.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, JsonSchema)]
 pub struct Agreement {
     /// Figures that agree by their group's tolerance.
@@ -35,14 +35,14 @@ pub struct Agreement {
     pub of: usize,
 }
 
-/// Figures that belong together, what explains their differences, and runs that show it.
+/// Group of figures, the explanation of their differences, and runs as evidence.
 #[derive(Debug, Clone, PartialEq, Serialize, JsonSchema)]
 pub struct FigureGroup {
     /// Name of the group.
     pub name: &'static str,
     /// Table, figure or section of the paper.
     pub source: &'static str,
-    /// How near ours has to be.
+    /// Tolerance of the figures.
     pub tolerance: Tolerance,
     /// The figures; none where the paper prints curves alone.
     pub figures: Vec<PaperFigure>,
@@ -52,7 +52,7 @@ pub struct FigureGroup {
     pub evidence: Vec<Evidence>,
 }
 
-/// How near a figure of ours has to be to count as agreeing.
+/// Tolerance within which one of our figures agrees.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum Tolerance {
@@ -70,7 +70,7 @@ pub enum Tolerance {
     },
 }
 
-/// One figure of the paper beside ours.
+/// One figure of the paper and ours.
 #[derive(Debug, Clone, PartialEq, Serialize, JsonSchema)]
 pub struct PaperFigure {
     /// Name of the figure.
@@ -138,7 +138,7 @@ impl PaperComparison {
     }
 }
 
-/// A figure before it is held to a tolerance.
+/// A figure without its tolerance.
 #[derive(Debug, Clone)]
 pub(super) struct Printed {
     pub name: String,
@@ -167,7 +167,7 @@ impl Printed {
 }
 
 impl Tolerance {
-    /// A figure held to the tolerance.
+    /// Applies the tolerance to a figure.
     pub(super) fn judge(self, printed: Printed) -> PaperFigure {
         let Printed { name, unit, calculated, measured, quoted, ours } = printed;
         let (relative, [of_calculation, of_measurement]) = match self {
@@ -202,7 +202,7 @@ impl fmt::Display for Tolerance {
 }
 
 impl Tolerance {
-    /// Headings of the [`PaperFigure::cells`] of figures that are held to it.
+    /// Headings of [`PaperFigure::cells`] for figures with this tolerance.
     pub fn columns(self) -> [&'static str; 5] {
         match self {
             Self::Share { .. } => ["calculated", "measured", "ours", "to calc.", "to meas."],

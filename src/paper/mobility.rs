@@ -33,7 +33,7 @@ pub struct Mobility {
 pub struct MobilityPeak {
     /// Frequency, Hz.
     pub frequency_hz: f64,
-    /// How high, m/(s N).
+    /// Height, m/(s N).
     pub mobility_m_per_s_n: f64,
 }
 

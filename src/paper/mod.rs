@@ -33,7 +33,7 @@ pub use mobility::{Mobility, MobilityPeak};
 pub use page::paper_page;
 pub use quoted::CITATION;
 
-/// Runs the paper's rig, and what else tells where differences come from, and sets all beside the paper's figures. Reads no file.
+/// Runs the paper's rig, and further runs that explain differences, and compares all with the paper's figures. Reads no file.
 ///
 /// # Errors
 /// [`PaperError`], of which none is known: the study is compiled in.

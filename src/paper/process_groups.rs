@@ -18,7 +18,7 @@ const ENERGY_TOLERANCE: Tolerance = Tolerance::Share { of_calculation: 0.02, of_
 const ARM_TOLERANCE: Tolerance = Tolerance::Share { of_calculation: 0.1, of_measurement: 0.1 };
 const DIFFERENCE_TOLERANCE: Tolerance = Tolerance::PercentagePoints { most: 5.0 };
 
-/// Energies, arm, velocities and quoted differences of the paper beside ours.
+/// Compares energies, arm, velocities and quoted differences of the paper with ours.
 ///
 /// # Errors
 /// [`PaperError::Missing`] for an output that a run of the rig has.

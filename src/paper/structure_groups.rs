@@ -7,9 +7,9 @@ use super::rig::Ours;
 
 /// The group that the mobilities belong to.
 pub(super) const MOBILITY: &str = "Mobility at the hammer's mount";
-/// How near ours has to be: what it was fitted to, and what the paper's own calculation reaches (its largest difference is 5.1 %).
+/// Tolerance: the accuracy of the fit, and of the paper's own calculation (its largest difference is 5.1 %).
 const TOLERANCE: Tolerance = Tolerance::Share { of_calculation: 0.01, of_measurement: 0.05 };
-/// A measured mode is that of a peak within this share of its frequency.
+/// A measured mode belongs to a peak within this share of its frequency.
 const SAME_MODE: f64 = 0.05;
 
 /// Compares natural frequencies and mobilities with ours.

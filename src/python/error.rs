@@ -25,7 +25,7 @@ create_exception!(decore, SweepError, Error, "Rows could not be run or stored; w
 create_exception!(decore, StudyWarning, PyUserWarning, "What about a study is possible but unlikely.");
 create_exception!(decore, PredictionWarning, PyUserWarning, "What of a prediction cannot be relied on.");
 
-/// Tells what is to be looked at.
+/// Issues a warning.
 ///
 /// # Errors
 /// The warning, where Python is to raise warnings of its kind.

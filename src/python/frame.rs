@@ -12,7 +12,7 @@ const PREFIX: &str = "factor_";
 /// Column of tables that is no factor and no mistake.
 const ROW: &str = "row";
 
-/// The values of `names`, in their order, of what has columns or keys; `None` for numbers without names.
+/// Values of `names`, in their order, from an object with columns or keys; `None` for numbers without names.
 ///
 /// # Errors
 /// `KeyError` that names all columns that are unknown, missing or there twice.

@@ -90,7 +90,7 @@ impl Definition {
                 "factor `{name}` takes texts ({domain}), X holds numbers: give its value in `fixed`"
             ));
         }
-        // Any value that the factor takes stands for those of its column.
+        // Any permitted value of the factor can fill its column.
         let taken = |name: &String| {
             let factor = factors().find(|factor| factor.name == *name);
             factor.and_then(|factor| factor.values.first().cloned()).unwrap_or(Value::Integer(0))
@@ -115,7 +115,7 @@ impl Function {
 }
 
 impl Function {
-    /// Warns of each factor with values outside its range in the design; those of a normal distribution have no ends.
+    /// Warns of each factor with values outside its range in the design. A normal distribution has no ends.
     fn warn_outside(&self, py: Python<'_>, x: &[f64]) -> PyResult<()> {
         let all = self.ready.engine.study().factors();
         for (column, name) in self.factors.iter().enumerate() {
@@ -238,7 +238,7 @@ pub fn unpickled(py: Python<'_>, handed: Handed) -> PyResult<Function> {
     Function::new(py, (&ready, origin), Definition { factors, fixed, outputs, single, threads })
 }
 
-/// Numbers of NumPy, those that are masked as NaN: numpy would hand on what lies below the mask.
+/// Numbers of a NumPy array, with masked ones as NaN: NumPy would pass on the values below the mask.
 fn unmasked<'py>(numpy: &Bound<'py, PyModule>, x: &Bound<'py, PyAny>) -> PyResult<Bound<'py, PyAny>> {
     let masked = numpy.getattr("ma")?;
     match masked.call_method1("isMaskedArray", (x,))?.is_truthy()? {
@@ -261,7 +261,7 @@ struct Task {
 }
 
 impl Task {
-    /// The outputs point by point; what is left out after a stop is not asked for any more.
+    /// Outputs point by point; after a stop the remaining ones are skipped.
     fn run(&self, stop: &AtomicBool) -> Result<Vec<f64>, EngineError> {
         let engine = &self.ready.engine;
         let (places, points): (Vec<usize>, Vec<Vec<Level>>) =
@@ -285,8 +285,7 @@ impl Task {
         Ok(found)
     }
 
-    /// The levels of the factors at a point; `None` where one of them does not take its value, which is all that can be wrong
-    /// with what [`Definition::check`] let pass.
+    /// Levels of the factors at a point; `None` if a factor does not take its value, the only possible error after [`Definition::check`].
     fn levels(&self, row: usize) -> Option<Vec<Level>> {
         let width = self.factors.len();
         let own = self.x.get(row * width..(row + 1) * width)?;

@@ -37,11 +37,11 @@ fn open(py: Python<'_>, dataset: value::FilePath) -> PyResult<dataset::Dataset> 
 fn _decore(module: &Bound<'_, PyModule>) -> PyResult<()> {
     let py = module.py();
     wait::imported();
-    // Also for what rayon starts by itself, which bounds nothing.
+    // Also for threads that rayon starts by itself, without a limit.
     thread_count(0).map_err(|error| PyValueError::new_err(error.to_string()))?;
     module.add("__version__", env!("CARGO_PKG_VERSION"))?;
     module.add_function(wrap_pyfunction!(open, module)?)?;
-    // What `pickle` calls is no name of the package.
+    // `pickle` calls names that are not in the package.
     module.setattr("_problem", wrap_pyfunction!(error::problem, module)?)?;
     module.setattr("_function", wrap_pyfunction!(function::unpickled, module)?)?;
     module.setattr("_models", wrap_pyfunction!(surrogate::unpickled, module)?)?;

@@ -31,7 +31,7 @@ pub enum Asked {
 
 /// A simulated row as tables.
 pub struct Simulated {
-    /// How it ended, and its outputs.
+    /// Outcome of the row.
     pub outcome: RowOutcome,
     /// Rows of `runs`, `blows` and `timings`.
     pub tables: [RecordBatch; 3],
@@ -39,7 +39,7 @@ pub struct Simulated {
     pub signals: Option<RecordBatch>,
 }
 
-/// Which signals of a row are kept.
+/// Selection of a row's signals.
 pub enum Chosen {
     /// All.
     All,
@@ -49,7 +49,7 @@ pub enum Chosen {
 
 /// Signals that are asked for.
 pub struct Wanted {
-    /// Which.
+    /// Selection of the signals.
     pub chosen: Chosen,
     /// Time between two of their values in s.
     pub interval_s: f64,

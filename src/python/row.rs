@@ -8,7 +8,7 @@ use super::study::Study;
 use super::table::Table;
 use decore_dataset::TableName;
 
-/// How a row ended, and its tables. `row["column"]` is a value of the table of runs, `dict(row)` has all.
+/// A simulated row, and its tables. `row["column"]` is a value of the table of runs, `dict(row)` has all.
 ///
 /// >>> study.scene(3).status
 /// 'done'
@@ -60,7 +60,7 @@ impl Row {
         Ok(values.iter().next().map_or_else(|| py.None(), Bound::unbind))
     }
 
-    /// Names of the columns of the table of runs: with `[]` what `dict(row)` takes.
+    /// Names of the columns of the table of runs; `dict(row)` uses them with `[]`.
     ///
     /// >>> dict(study.scene(3))["factor_pressure"] == study.scene(3)["factor_pressure"]
     /// True

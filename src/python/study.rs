@@ -27,10 +27,10 @@ pub type Origin = (PathBuf, Vec<String>, u32, String);
 
 /// Studies made ready most recently, for functions that come from another process: it sends one with each piece of work.
 static READY: Mutex<Vec<(Origin, Shared)>> = Mutex::new(Vec::new());
-/// How many of them are kept.
+/// Largest number of stored ones.
 const MOST_READY: usize = 4;
 
-/// A study, held to its machine. The machine is reduced when the first row is run.
+/// A study, checked against its machine. The machine is reduced when the first row runs.
 ///
 /// `path`: the study file. `overrides`: values over the file's, by their paths, like `--set`. `retries`: times a row that diverged is
 /// run again. Raises `StudyError` with all problems, and `MachineError` if the machine's files cannot be read.

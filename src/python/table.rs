@@ -169,7 +169,7 @@ impl Table {
         self.columns().into_iter().map(|column| (column.name, column.unit)).collect()
     }
 
-    /// Names of the columns: with `[]` what `dict(table)` takes.
+    /// Names of the columns; `dict(table)` uses them with `[]`.
     ///
     /// >>> dataset.timings.keys()
     /// ['row', 'wall_time_s', 'numerical_twin_wall_time_s']

@@ -70,7 +70,7 @@ pub fn settings(from: &Bound<'_, PyMapping>) -> PyResult<Vec<String>> {
     entries(from)?.into_iter().map(setting).collect()
 }
 
-/// The names and what stands under them.
+/// Names and their values.
 pub fn entries<'py>(from: &Bound<'py, PyMapping>) -> PyResult<Vec<(String, Bound<'py, PyAny>)>> {
     from.items()?.iter().map(|item| item.extract::<(String, Bound<'py, PyAny>)>()).collect()
 }

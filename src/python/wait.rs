@@ -21,7 +21,7 @@ static IMPORTED_BY: OnceLock<u32> = OnceLock::new();
 /// Threads of the process that was forked from it.
 static FORKED: Mutex<Option<(u32, Arc<ThreadPool>)>> = Mutex::new(None);
 
-/// Work that is told to stop by a flag.
+/// Work that a flag can stop.
 pub struct Work<T, F: FnOnce(&Arc<AtomicBool>) -> T> {
     /// The work; long work looks at the flag.
     pub run: F,
@@ -37,8 +37,8 @@ impl<T: Send + 'static, F: FnOnce(&Arc<AtomicBool>) -> T + Send + 'static> Work<
 
     /// Does the work on a thread of its own without holding the interpreter.
     ///
-    /// After an interrupt (or an exception of `tick`) the work is told to stop. Where it has not ended 0.35 s later, it is left to
-    /// end by itself, its result dropped.
+    /// After an interrupt (or an exception of `tick`) the work is stopped. If it has not ended 0.35 s later, it continues in the
+    /// background, and its result is dropped.
     ///
     /// # Errors
     /// What a signal handler or `tick` raised; [`Error`] if the work panicked or has no thread.
@@ -64,7 +64,7 @@ impl<T: Send + 'static, F: FnOnce(&Arc<AtomicBool>) -> T + Send + 'static> Work<
             }
             if let Err(raised) = py.check_signals().and_then(|()| (self.tick)(py)) {
                 stop.store(true, Ordering::SeqCst);
-                // Ended or not: what was asked for is not wanted any more.
+                // Ended or not, the result is no longer wanted.
                 drop(hear(py, &mut told, GRACE));
                 return Err(raised);
             }

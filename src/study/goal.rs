@@ -14,7 +14,7 @@ const CONFIDENCE: f64 = 0.95;
 /// Goal of the study.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Goal {
-    /// Whether the value is to be large; small otherwise.
+    /// Whether to maximise the value; otherwise to minimise it.
     pub maximise: bool,
     /// The value, as written.
     pub text: String,
@@ -103,7 +103,7 @@ impl GoalReader<'_> {
         &mut self.problems[last]
     }
 
-    /// Which end is wanted, of what, as written and as read.
+    /// Objective: direction, text and expression.
     fn value(&mut self, entry: &GoalEntry) -> Option<(bool, String, Expression)> {
         let (maximise, text) = match (&entry.maximise, &entry.minimise) {
             (Some(text), None) => (true, text),

@@ -32,7 +32,7 @@ pub(super) struct Candidate {
     pub value: String,
     /// Place in the study.
     pub place: FileLocation,
-    /// Path of the key that says so.
+    /// Path of its key.
     pub at: Vec<String>,
 }
 
@@ -96,8 +96,8 @@ impl Study {
 
     /// The study with further values set, each `path=value`, over the file's and the factors' values.
     ///
-    /// A value is read as TOML (`4.5`, `[0.0, 0.1]`, `"R3"`); where a text is expected it needs no quotes. Any path of the
-    /// file can be set, those of the structure and the design included.
+    /// A value is read as TOML (`4.5`, `[0.0, 0.1]`, `"R3"`); texts need no quotes. Any path of the file can be set, including the
+    /// structure and the design.
     ///
     /// # Errors
     /// [`StudyError::Invalid`] for unknown paths and values that do not fit.

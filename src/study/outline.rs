@@ -16,7 +16,7 @@ use decore_statistics::design::Kind;
 /// The design of a study as its text describes it.
 #[derive(Debug, Clone, PartialEq)]
 pub struct DesignOutline {
-    /// How the rows are chosen; `None` where rows of a file or parts belong to it.
+    /// Kind of design; `None` if it uses rows of a file or parts.
     pub design: Option<Kind>,
     /// The factors, in the study's order.
     pub factors: Vec<FactorOutline>,

@@ -41,7 +41,7 @@ pub(super) struct Asked<'a> {
 pub(super) fn answer(mut pool: Pool<'_>, asked: &Asked<'_>) -> Result<Answer, BestError> {
     let (space, models, bounds) = (pool.space, pool.models, pool.models.bounds());
     let checks = asked.checked.as_ref();
-    // What was checked is what is proposed, also where its rows have changed the models since.
+    // Propose exactly the checked decision, even if its rows have changed the models.
     let decision = checks.and_then(|_| space.decision_of(&asked.there.rows.last()?.cells));
     let decision = decision.unwrap_or_else(|| pool.all[pool.best(&bounds).0].decision.clone());
     let found = models.expected(space, std::slice::from_ref(&decision))?;
@@ -238,7 +238,7 @@ fn uncertainty(space: &Space<'_>, models: &Models, found: &Expected) -> Uncertai
         let spread = (at.iter().map(|node| (node.mean - mean).powi(2)).sum::<f64>() / at.len() as f64).sqrt();
         (spread, super::robust::expected_error(at), wanted.bound.unwrap_or_default())
     });
-    // Where limits bind, what widens their values costs the most.
+    // At an active limit, everything that widens the limited value costs most.
     let (by_factors, by_model) = binding.fold((factors, model), |(a, b), (spread, error, _)| (a + spread, b + error));
     let advice = match (names.is_empty(), by_factors >= by_model.max(scatter)) {
         (false, true) => format!("measure {}: a narrower distribution leaves more room", names.join(" and ")),

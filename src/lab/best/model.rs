@@ -44,7 +44,7 @@ impl Wanted {
     }
 
     fn limit(Limit { text, left, at_most, right }: &Limit) -> Self {
-        // A number on the left is a limit of what is on the right.
+        // A number on the left is a limit of the expression on the right.
         let (left, at_most, right) = match left.names().is_empty() {
             true => (right, !at_most, left),
             false => (left, *at_most, right),
@@ -66,7 +66,7 @@ impl Wanted {
         }
     }
 
-    /// The value of a row from those of the columns; NaN where it has none.
+    /// Value of a row from its columns; NaN if it has none.
     pub fn value(&self, values: &[f64]) -> f64 {
         let of = |side: &Expression| evaluate(side, &self.columns, values);
         of(&self.sides.0) - self.sides.1.as_ref().map_or(0.0, of)

@@ -5,7 +5,7 @@ use serde::Serialize;
 
 use decore_quantity::Value;
 
-/// How sure the answer is.
+/// Certainty of the answer.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum Verdict {
@@ -107,7 +107,7 @@ pub struct Looser {
     pub settings: Vec<Setting>,
 }
 
-/// How much a factor matters at the proposal, by the models.
+/// Effect of a factor at the proposal, by the models.
 #[derive(Debug, Clone, PartialEq, Serialize, JsonSchema)]
 pub struct Effect {
     /// Name of the factor.
@@ -141,7 +141,7 @@ pub struct Answer {
     pub study: String,
     /// All in one sentence.
     pub sentence: String,
-    /// How sure it is.
+    /// Certainty of the answer.
     pub verdict: Verdict,
     /// Share of runs that must hold the limits.
     pub confidence: f64,
@@ -161,7 +161,7 @@ pub struct Answer {
     pub alternatives: Vec<Alternative>,
     /// Gains of relaxed limits.
     pub looser: Vec<Looser>,
-    /// How much each factor matters.
+    /// Effect of each factor.
     pub factors: Vec<Effect>,
     /// Remaining uncertainty.
     pub uncertainty: Uncertainty,

@@ -14,14 +14,14 @@ const NEAR: usize = 96;
 /// Best decisions that boxes are about.
 const CENTRES: usize = 3;
 
-/// Decisions with what is expected of them.
+/// Decisions with their predictions.
 pub(super) struct Pool<'a> {
     pub space: &'a Space<'a>,
     pub models: &'a Models,
     pub all: Vec<Expected>,
 }
 
-/// How good a decision is under some limits.
+/// Merit of a decision under some limits.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct Merit {
     /// Whether the limits hold at the stated confidence.

@@ -13,7 +13,7 @@ use decore_study::{CheckedStudy, FactorInfo, FactorRole};
 const NODES: usize = 40;
 /// The same where several factors are uncertain.
 const MORE_NODES: usize = 80;
-/// Steps that a range is divided into at least, where values are rounded to what can be set.
+/// Smallest number of steps in a range when values are rounded.
 const STEPS: f64 = 100.0;
 /// Share of a distribution without ends that is cut off on either side.
 const CUT_OFF: f64 = 5e-4;
@@ -123,7 +123,7 @@ impl<'a> Space<'a> {
         Ok(found)
     }
 
-    /// A decision with its numbers rounded to what can be set: to a power of ten below a hundredth of the range.
+    /// A decision with numbers rounded for setting: to a power of ten below a hundredth of the range.
     fn settable(&self, decision: &[Level]) -> Decision {
         let rounded = |(place, level): (usize, &Level)| match level {
             Level::Real(value) => Level::Real(rounded(*value, self.distribution(place))),

@@ -60,7 +60,7 @@ pub struct Added {
     pub cells: Vec<String>,
 }
 
-/// A goal in one line: what is wanted, the limits, the confidence.
+/// Describes a goal in one line: objective, limits, confidence.
 pub fn question(goal: &Goal) -> String {
     let wanted = if goal.maximise { "maximise" } else { "minimise" };
     let limits: String = goal.limits.iter().map(|limit| format!("; {}", limit.text)).collect();

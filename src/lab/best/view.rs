@@ -15,7 +15,7 @@ use crate::surrogate::Model;
 use decore_dataset::DatasetReader;
 use decore_study::CheckedStudy;
 
-/// Steps over a factor's range at which the places of hammers are told.
+/// Number of steps over a factor's range for the displayed positions of hammers.
 const STEPS: usize = 24;
 
 /// An answer with all that a page needs to show it and to predict other decisions.
@@ -65,7 +65,7 @@ pub struct Track {
     pub hammers: Vec<Vec<[f64; 2]>>,
 }
 
-/// The answer from the rows that there are, with what a page needs to show it.
+/// Computes the answer from the existing rows, with the data for its page.
 ///
 /// # Errors
 /// As [`super::next`].

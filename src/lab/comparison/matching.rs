@@ -140,7 +140,7 @@ impl<'r> Matching<'r> {
         self.rows.get(side)?.index.get(place).copied()
     }
 
-    /// How many rows the datasets hold.
+    /// Number of rows of each dataset.
     pub fn counts(&self) -> [usize; 2] {
         [self.partner.len(), self.taken.len()]
     }

@@ -7,7 +7,7 @@ use super::settings::ComparisonSettings;
 use decore_dataset::{ColumnDescription, ColumnGroup, DatasetError, DatasetReader, RowRecord, TableName};
 use decore_quantity::{Cell, Kind, Value};
 
-/// Bytes of what is kept of the outputs that are looked at together.
+/// Memory in bytes for outputs that are compared at the same time.
 const TOGETHER: usize = 256 << 20;
 /// Bytes per row and output: value and scatter in B, difference.
 const PER_ROW: usize = 3 * size_of::<f64>();
@@ -31,7 +31,7 @@ pub(super) struct Outputs<'r> {
     pub of_other_units: Vec<String>,
 }
 
-/// An output of one row; NaN for what is not there, the number of a text for a text.
+/// An output of one row; NaN for a missing value, the number of a text for a text.
 #[derive(Clone, Copy)]
 struct Sample {
     value: f64,
@@ -170,14 +170,14 @@ struct Differing {
     judged: Judged,
 }
 
-/// How an output of two rows compares.
+/// Comparison of an output of two rows.
 #[derive(Debug, Clone, Copy, PartialEq)]
 struct Judged {
     /// Absolute difference; infinite for texts that differ and where one is missing.
     difference: f64,
     /// Permitted difference; 0 for texts.
     allowed: f64,
-    /// Whether twins say so.
+    /// Whether twins measured it.
     measured: bool,
 }
 
@@ -216,7 +216,7 @@ impl Judged {
         self.difference > self.allowed
     }
 
-    /// By how many times the difference is what it may be.
+    /// Ratio of the difference to the permitted difference.
     fn excess(self) -> f64 {
         if self.difference > 0.0 { self.difference / self.allowed } else { 0.0 }
     }
@@ -334,7 +334,7 @@ impl<'o> Tally<'o> {
     }
 }
 
-/// By how many times a listed difference is what it may be.
+/// Ratio of a listed difference to the permitted difference.
 fn excess_of(pair: &PairDifference) -> f64 {
     pair.difference().zip(pair.allowed).map_or(f64::INFINITY, |(difference, allowed)| difference / allowed)
 }

@@ -83,7 +83,7 @@ impl Side {
 /// A list of which only the beginning is kept.
 #[derive(Debug, Clone, PartialEq, Serialize, JsonSchema)]
 pub struct Listed<T> {
-    /// How many there are.
+    /// Number of such rows.
     pub count: u64,
     /// The first of them.
     pub listed: Vec<T>,
@@ -110,13 +110,13 @@ pub struct StatusDifference {
     pub row_a: u64,
     /// Row of B.
     pub row_b: u64,
-    /// How A's ended.
+    /// Status of A's row.
     pub status_a: String,
-    /// How B's ended.
+    /// Status of B's row.
     pub status_b: String,
 }
 
-/// How an output differs over the rows.
+/// Difference of an output over the rows.
 #[derive(Debug, Clone, PartialEq, Serialize, JsonSchema)]
 pub struct OutputDifference {
     /// The column.

@@ -15,17 +15,17 @@ named! {
     pub enum Role {
         /// Names the row of the table.
         Key = "key",
-        /// How the run ended and how well its books balance.
+        /// Status of the run, and residuals of its audits.
         Status = "status",
-        /// Says which rows belong together.
+        /// Group of dependent rows.
         Group = "group",
-        /// Says which part of the splits the row is for.
+        /// Part of the splits.
         Split = "split",
-        /// A factor of the design: what a predictor may know.
+        /// A factor of the design: an input of the predictor.
         Factor = "factor",
-        /// A result: what a predictor is to tell.
+        /// A result: a value to predict.
         Target = "target",
-        /// How far a target is sure: its scatter over twins, its standard error.
+        /// Uncertainty of a target: its scatter over twins, its standard error.
         Scatter = "scatter",
     }
 }
@@ -41,18 +41,18 @@ pub struct FeatureColumn {
     pub role: Role,
     /// Description in words.
     pub description: String,
-    /// How it follows from the tables of the dataset.
+    /// Formula from the tables of the dataset.
     pub formula: String,
     /// Least and largest value that can be right; `None`: no limit on that side.
     pub valid: [Option<f64>; 2],
     /// Columns of this table that it follows from by arithmetic.
     pub derived_from: Vec<String>,
-    /// The values; what is missing becomes null.
+    /// Values; missing ones become null.
     pub values: CellColumn,
 }
 
 impl FeatureColumn {
-    /// The field with all that the dictionary says of it, and the values.
+    /// Returns the field with all entries of the dictionary, and the values.
     ///
     /// # Errors
     /// The Arrow library's, such as texts of more than 2 GiB.

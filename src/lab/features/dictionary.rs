@@ -31,7 +31,7 @@ pub struct DictionaryEntry<'a> {
     pub role: Role,
     /// Description in words.
     pub description: &'a str,
-    /// How it follows from the tables of the dataset.
+    /// Formula from the tables of the dataset.
     pub formula: &'a str,
     /// Least value that can be right; null: no limit.
     pub valid_minimum: Option<f64>,

@@ -32,7 +32,7 @@ pub enum FeaturesError {
     /// A dataset without rows.
     #[error("the dataset has no row yet: a table of features needs one")]
     NoRows,
-    /// A dataset that does not say which rows of its design belong together.
+    /// A dataset without groups of its design's rows.
     #[error(
         "the dataset does not say which of its rows belong together, because an earlier decore wrote it: run its study anew for \
          splits that no group crosses"

@@ -6,7 +6,7 @@ use decore_model::metrics::{Aggregates, CastingMetrics, HammerMetrics, RunTotals
 use decore_model::run::RowOutcome;
 use decore_quantity::Kind;
 
-/// How the values of several hammers become one.
+/// Combination of the values of several hammers.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum Combine {
     /// Sum; hammers without a value are left out.
@@ -90,7 +90,7 @@ pub(super) struct CastingFigure<'a> {
     pub role: Role,
     /// Least value that can be right.
     pub least: Option<f64>,
-    /// How scatters of the hammers' values become that of the figure; `None`: it has none.
+    /// Combination of the scatters of several hammers; `None` if the figure has no scatter.
     pub scatter: Option<Combine>,
     /// Name of the hammers' standard errors, where the figure is their mean.
     pub error: Option<&'static str>,
@@ -119,7 +119,7 @@ const fn target(
 }
 
 impl<'a> CastingFigure<'a> {
-    /// How far it is sure, made from something else.
+    /// Adds its uncertainty, from another source.
     pub fn sureness(self, origin: Origin<'a>) -> Self {
         Self { origin, role: Role::Scatter, least: Some(0.0), without_threshold: &[], ..self }
     }
@@ -148,7 +148,7 @@ impl<'a> CastingFigure<'a> {
         Self { role: Role::Status, ..self }
     }
 
-    /// Type of its values, where a column of `runs` does not say it.
+    /// Type of its values, if no column of `runs` gives it.
     pub fn kind(&self) -> Kind {
         match self.origin {
             Origin::HammerCount | Origin::BlowCount(..) => Kind::Count,
@@ -156,7 +156,7 @@ impl<'a> CastingFigure<'a> {
         }
     }
 
-    /// How it follows from the tables of the dataset, in words.
+    /// Formula from the tables of the dataset, in words.
     pub fn formula(&self) -> String {
         match self.origin {
             Origin::Run(column) => format!("runs.{column}"),

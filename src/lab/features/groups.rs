@@ -58,7 +58,7 @@ enum Reason {
 }
 
 impl Reason {
-    /// The kinds that designs know, then what the values say.
+    /// Kinds of the designs first, then groups from the values.
     const ALL: [Self; 5] = [
         Self::Design(GroupKind::Trajectory),
         Self::Design(GroupKind::BasePoint),
@@ -102,7 +102,7 @@ impl Reason {
 }
 
 impl Groups {
-    /// The groups of runs, given those of the design.
+    /// Groups of runs, from the groups of the design.
     pub fn of(runs: &[RunKeys], spans: &[GroupSpan], group_by: &[GroupBy]) -> Self {
         let mut bound = Forest::new(runs.len());
         let mut keys = Vec::new();
@@ -208,7 +208,7 @@ impl Forest {
         self.0[one.max(other)] = one.min(other);
     }
 
-    /// Joins members with equal keys; tells who has one.
+    /// Joins members with equal keys; returns which members have one.
     fn join_equal<K: Eq + Hash>(&mut self, keys: impl Iterator<Item = Option<K>>) -> Vec<bool> {
         let mut first = HashMap::new();
         let join = |(member, key): (usize, Option<K>)| match key {
@@ -222,7 +222,7 @@ impl Forest {
         keys.enumerate().map(join).collect()
     }
 
-    /// Joins runs that spans put in one group; tells who is in one.
+    /// Joins runs in one group of the spans; returns which runs are in one.
     fn join_spans<'s>(&mut self, runs: &[RunKeys], spans: impl Iterator<Item = &'s GroupSpan>) -> Vec<bool> {
         let mut member = vec![false; runs.len()];
         let mut first: HashMap<u64, usize> = HashMap::new();

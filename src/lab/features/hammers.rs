@@ -14,7 +14,7 @@ enum Said {
     Factor(usize),
 }
 
-/// Which casting each hammer strikes, in the order of the hammers.
+/// Casting of each hammer, in the order of the hammers.
 pub(super) struct Assignment<'a> {
     info: &'a DatasetInfo,
     said: Vec<Said>,

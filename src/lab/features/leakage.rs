@@ -9,7 +9,7 @@ use super::column::{FeatureColumn, Role};
 
 /// Fewest rows with all values, and fewest different values of a column: a line goes through any two points.
 const LEAST: usize = 8;
-/// Largest departure from a rule, relative to the range of the column: what rounding leaves.
+/// Largest deviation from a rule through rounding, relative to the range of the column.
 const ROUNDING: f64 = 1e-9;
 /// Rows that a rule is first tried on: most fail there.
 const TRIED: usize = 4;
@@ -21,7 +21,7 @@ pub struct Derived {
     pub column: String,
     /// Columns from which it follows.
     pub from: Vec<String>,
-    /// How.
+    /// Rule in words.
     pub rule: String,
 }
 
@@ -36,13 +36,13 @@ struct Numbers<'a> {
     allowed: f64,
 }
 
-/// Finds columns that are a linear function of a target, or a constant times its product with, or ratio to, another column. A
-/// pair is told once: of two targets the later one follows from the earlier. What ties two targets and a factor is told of both sides.
+/// Finds columns that are a linear function of a target, or a constant times its product or ratio with another column. A pair is reported
+/// once: the later of two targets follows from the earlier one. A relation of two targets and a factor is reported for both.
 pub fn find(columns: &[FeatureColumn]) -> Vec<Derived> {
     let numbers: Vec<Numbers<'_>> = columns.iter().filter_map(Numbers::of).collect();
     let mut found: Vec<Derived> = Vec::new();
     for (place, own) in numbers.iter().enumerate() {
-        // A factor may follow from any target and the factors before it, a target from what is before it.
+        // A factor may follow from any target and earlier factors, a target only from earlier columns.
         let is_known = |other: usize| {
             let is_answer = numbers[other].column.role == Role::Target && own.column.role != Role::Target;
             other < place || is_answer
@@ -111,7 +111,7 @@ impl<'a> Numbers<'a> {
         let rows = self.values.iter().zip(&target.values).zip(&other.values);
         let ratios = || {
             let ratio = |((own, target), other): ((&f64, &f64), &f64)| own / rule(*target, *other);
-            // Rows of zeros say nothing.
+            // Rows of zeros carry no information.
             rows.clone().map(ratio).filter(|ratio| ratio.is_finite() && *ratio != 0.0)
         };
         let first = ratios().next()?;
@@ -165,7 +165,7 @@ mod tests {
     #[test]
     fn independent_columns_are_not_accused() {
         assert_eq!(find(&table()), []);
-        // Nearly a function of a target is a good predictor, not a copy, and a large constant beside it hides nothing.
+        // A near function of a target is a good predictor, not a copy. A large added constant hides nothing.
         assert_eq!(planted(Role::Factor, |at| 1e9 + at(2) * (1.0 + 1e-2 * at(0))), []);
         assert_eq!(planted(Role::Factor, |at| at(2) * (1.0 + 1e-6 * at(0))), []);
         // A function of a factor is not the answer; sums of two columns are not looked for.

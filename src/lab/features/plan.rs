@@ -44,7 +44,7 @@ enum CellSource {
     Run(usize),
     /// A cell of the run for each casting.
     Castings(Vec<Option<usize>>),
-    /// Cells of the run for each hammer; those of hammers on the casting become one.
+    /// Cells of the run for each hammer; the hammers of the casting are combined.
     Hammers(Vec<Option<usize>>, Combine),
     /// The number of hammers on the casting.
     HammerCount,
@@ -167,7 +167,7 @@ impl<'a> Planned<'a> {
         self.plans.push(ColumnPlan { column, source: CellSource::Run(reads.place(&description.name)) });
     }
 
-    /// The factors, with what the study says of their ranges.
+    /// Adds the factors, with their ranges in the study.
     pub fn add_factors(&mut self, reads: &mut Reads<'a>, outline: &DesignOutline) {
         let reader = self.reader;
         let factors = reader.columns(TableName::Runs).iter().filter(|column| column.group == ColumnGroup::Factor);

@@ -47,7 +47,7 @@ pub(super) struct SignalRows {
 }
 
 impl SignalRows {
-    /// Reads the table of signals; memory is that of one run's means.
+    /// Reads the table of signals; needs memory for the means of one run.
     ///
     /// # Errors
     /// Those of reading.
@@ -75,7 +75,7 @@ impl SignalRows {
     }
 
     fn take(&mut self, run: &Means) -> Result<(), FeaturesError> {
-        // A run of one instant says nothing.
+        // A run of one instant carries no information.
         let Some(interval_s) = run.interval_s else { return Ok(()) };
         let figures = run.velocities.iter().map(|values| figures(values, interval_s)).collect();
         self.rows.insert(run.row, figures);
@@ -212,7 +212,7 @@ fn in_band(band: Octave, interval_s: f64) -> FeatureColumn {
 mod tests {
     use super::*;
 
-    /// At a quarter of the sampling rate all differences of a cosine have its amplitude; those of a ramp its slope.
+    /// At a quarter of the sampling rate all differences of a cosine have its amplitude; differences of a ramp have its slope.
     #[test]
     fn analytic_accelerations() {
         let interval_s = 0.25;

@@ -9,7 +9,7 @@ use decore_quantity::{CellColumn, Kind, Value};
 
 /// Stream of the numbers that decide.
 const STREAM: u64 = 0x7370_6c69_7473;
-/// How far the shares may be from 1 together: what rounding of decimals leaves.
+/// Largest deviation of the sum of the shares from 1 through rounding of decimals.
 const ROUNDING: f64 = 1e-9;
 
 /// Shares of the groups that go into the parts.

@@ -56,7 +56,7 @@ pub(super) struct Struck {
     pub dose_j: f64,
     /// Number of those.
     pub dose_blows: u64,
-    /// Start of the blow with which the work reached what was asked for, s.
+    /// Start of the blow in which the work reaches the given value, s.
     pub reached_s: Option<f64>,
 }
 

@@ -30,7 +30,7 @@ pub struct Features {
     pub signal_interval_s: Option<f64>,
 }
 
-/// Builds the table of a dataset. The dataset may still be written: what is there counts.
+/// Builds the table of a dataset. If the dataset is still being written, its present rows count.
 ///
 /// # Errors
 /// Those of reading, [`FeaturesError::NoRows`], [`FeaturesError::Casting`], [`FeaturesError::Twice`], [`FeaturesError::NoGroups`] and
@@ -105,7 +105,7 @@ fn group_columns(
     Ok(columns)
 }
 
-/// Reads what the groups of runs follow from.
+/// Reads the data from which the groups of runs follow.
 struct KeyReader {
     /// Places of the factors among the cells.
     factors: Vec<usize>,

@@ -53,7 +53,7 @@ pub struct Piece {
     pub from_s: f64,
     /// End, s.
     pub to_s: f64,
-    /// Which of the calculated instants is its first. No part of the JSON.
+    /// Index of its first instant among the calculated ones. Not in the JSON.
     #[serde(skip)]
     pub first: usize,
     /// The calculated signal as it was compared, at each instant of it. No part of the JSON.
@@ -64,7 +64,7 @@ pub struct Piece {
     pub measured: Vec<f64>,
 }
 
-/// A measured channel beside the calculated signal, over the time that both have.
+/// Comparison of a measured channel with the calculated signal, over the time that both cover.
 #[derive(Debug, Clone, PartialEq, Serialize, JsonSchema)]
 pub struct MeasuredBeside {
     /// Time in s by which the measurement's clock is ahead of the calculated time.
@@ -99,10 +99,9 @@ impl MeasuredBeside {
     }
 }
 
-/// Puts a measurement beside `calculated`, which has a value every `interval_s` from 0 on: the measurement is brought to that
-/// interval (linearly between its samples), both pass the same zero-phase low-pass, the offset is where they correlate best, and figures
-/// are taken over the time in common. Where two samples are further apart than five median intervals the measurement has a gap: nothing
-/// is compared there.
+/// Compares a measurement with `calculated`, which has a value every `interval_s` from 0 on. The measurement is interpolated linearly to
+/// that interval. Both pass the same zero-phase low-pass. The offset is the shift with the best correlation. Figures use the common time.
+/// If two samples are further apart than five median intervals, the measurement has a gap, which is not compared.
 ///
 /// # Errors
 /// [`MeasurementError::Long`], [`MeasurementError::Apart`]; signals too short for the filter, a cut-off above half of the sampling rate.

@@ -5,7 +5,7 @@ use nalgebra::DMatrix;
 use decore_math::special::normal_cdf;
 use decore_statistics::regression::{GaussianProcess, Points, Prediction, RegressionError};
 
-/// Which end of an output is meant.
+/// End of an output.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Side {
     /// Small values: an optimum that is a least value, a limit that is not to be exceeded.
@@ -24,10 +24,10 @@ impl Side {
     }
 }
 
-/// Share of the largest variance below which what a candidate does not know is rounding.
+/// Share of the largest variance below which the variance of a candidate is rounding.
 const ROUNDING: f64 = 1e-12;
 
-/// An output that is to be known.
+/// An output to learn.
 #[derive(Debug, Clone)]
 pub struct Learned<'a> {
     /// Process of the output.
@@ -49,12 +49,12 @@ struct Unknown<'a> {
     noise: f64,
 }
 
-/// The candidates, in order, that leave the least variance over all candidates when they are run: each takes off
-/// `sum_r w_r c(r, x)^2 / (c(x, x) + noise)`, `c` the covariances with those before it known (integrated variance, as the active
-/// learning of Cohn, J. Artif. Intell. Res. 4, 1996, for Gaussian processes), times the probability that a run there has the output;
-/// each output relative to its variance over the candidates. `w` is what errors of rows left out near there say of the variance
-/// ([`GaussianProcess::local_scale`]): lengths are the same everywhere, an output may not be. For a boundary it is the density of the
-/// expected value there (targeted integrated variance: Picheny, Ginsbourger, Roustant, Haftka and Kim, J. Mech. Des. 132, 2010).
+/// Chooses the candidates, in order, that leave the least variance over all candidates. Each run reduces it by `sum_r w_r c(r, x)^2 / (c(x,
+/// x) + noise)`, `c` the covariances given the earlier ones (integrated variance: active learning of Cohn, J. Artif. Intell. Res. 4, 1996,
+/// for Gaussian processes), times the probability that a run there has the output. Each output is relative to its variance over the
+/// candidates. `w` is the local variance by the errors of left-out rows ([`GaussianProcess::local_scale`]), because lengths are the same
+/// everywhere but an output may not be. For a boundary, `w` is the density of the expected value there (targeted integrated variance:
+/// Picheny, Ginsbourger, Roustant, Haftka and Kim, J. Mech. Des. 132, 2010).
 ///
 /// # Errors
 /// Those of [`GaussianProcess::covariances`].
@@ -103,7 +103,7 @@ fn density(off: f64, variance: f64) -> f64 {
     (-0.5 * off * off / variance).exp() / variance.sqrt()
 }
 
-/// How variances are weighed.
+/// Weights of the variances.
 struct Weighing<'a> {
     /// A weight per place.
     weights: &'a [f64],
@@ -146,7 +146,7 @@ fn largest(gains: &[f64], chosen: &[usize]) -> Option<usize> {
 pub struct Limited<'a> {
     /// Process of the limited output.
     pub process: &'a GaussianProcess,
-    /// Which values are within the limit.
+    /// Side of the limit that is permitted.
     pub side: Side,
     /// The limit.
     pub value: f64,
@@ -189,14 +189,13 @@ impl Limited<'_> {
 pub struct Seeking<'a> {
     /// The output's process.
     pub process: &'a GaussianProcess,
-    /// Whether it is to be small or large.
+    /// Whether to minimise or maximise.
     pub side: Side,
     /// Limits of other outputs.
     pub limits: &'a [Limited<'a>],
     /// Best value so far, to be improved.
     pub best: Option<f64>,
-    /// Part of the standard deviation that counts: 1 for the expected improvement, less for one that trusts what is expected the
-    /// more.
+    /// Share of the standard deviation that counts: 1 for the expected improvement, less to trust the expectation more.
     pub share: f64,
 }
 

@@ -19,8 +19,8 @@ const NEAR: u64 = 0x6e65_6172;
 /// these are 3.3 standard deviations to either side.
 const STRATA: f64 = 1000.0;
 
-/// How far rows of a batch that follow peaks lie from each other along one factor at least, as a share of its range: what a row is
-/// expected to give makes the place beside it the next peak, of which nothing new would be learnt before the row is run.
+/// Smallest distance along one factor between rows of a batch that follow peaks, as a share of its range. The expected value of a row makes
+/// a nearby place the next peak, where a run would add no information.
 const BESIDE: f64 = 0.05;
 
 /// Smallest distance between the rows of a batch. It shrinks if the excluded places would take more than half of the ranges.
@@ -39,7 +39,7 @@ pub(super) struct Collector<'a> {
     rows: Vec<Vec<f64>>,
     /// Positions of the rows that are chosen to run.
     chosen: Vec<Vec<f64>>,
-    /// How far they lie from each other at least.
+    /// Smallest distance between them.
     beside: f64,
     /// Candidates, each once.
     seen: HashSet<Vec<String>>,
@@ -52,9 +52,9 @@ pub(super) struct Collector<'a> {
 /// Candidates around a place.
 #[derive(Debug, Clone, Copy)]
 pub struct Around {
-    /// How many.
+    /// Number of candidates.
     pub count: usize,
-    /// How far away, as a share of each factor's range.
+    /// Largest distance, as a share of each factor's range.
     pub reach: f64,
 }
 
@@ -127,7 +127,7 @@ impl<'a> Collector<'a> {
         self.allowed(&self.levels_at(shares))
     }
 
-    /// A row that is to be run, by its shares of the ranges: neither it nor what is near is a candidate any more.
+    /// Takes a row to run, by its shares of the ranges. It and its neighbourhood are no candidates any more.
     pub fn take(&mut self, shares: &[f64]) {
         self.leave_out(shares, self.beside);
         let levels = self.levels_at(shares);

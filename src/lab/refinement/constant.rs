@@ -51,7 +51,7 @@ impl Constant {
         self.rows.binary_search(&row).is_ok() && limit.holds(self.value)
     }
 
-    /// How well it is known: wholly.
+    /// Progress of a constant output: complete.
     pub fn progress(&self) -> OutputProgress {
         OutputProgress {
             output: self.output.clone(),

@@ -17,7 +17,7 @@ pub enum RefinementError {
     /// The study's factors.
     #[error("the candidates for further rows: {0}")]
     Design(#[from] DesignError),
-    /// A model that does not give what it should.
+    /// A model that failed.
     #[error("the models: {0}")]
     Regression(#[from] RegressionError),
     /// An output that has no model.

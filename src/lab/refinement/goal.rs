@@ -9,7 +9,7 @@ use super::acquisition::Side;
 pub enum Goal {
     /// Models of outputs that predict rows not run.
     Learn {
-        /// The outputs, and how well each is to be known.
+        /// Outputs with their aims.
         targets: Vec<Target>,
     },
     /// The row with the best value of an output among those within the limits.
@@ -37,16 +37,16 @@ pub enum Goal {
     },
 }
 
-/// An output that is to be predicted.
+/// An output to predict.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Target {
     /// Column of `runs`.
     pub output: String,
-    /// How well.
+    /// Aim of the prediction.
     pub aim: Aim,
 }
 
-/// How well an output is to be predicted.
+/// Aim of a prediction.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Aim {
     /// Q2 is at least this value.

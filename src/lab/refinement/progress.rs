@@ -8,7 +8,7 @@ use serde::Serialize;
 use super::acquisition::LimitSide;
 use crate::sensitivity::four_digits;
 
-/// How far a goal is reached.
+/// Progress towards a goal.
 #[derive(Debug, Clone, PartialEq, Serialize, JsonSchema)]
 pub struct Progress {
     /// Name of the study.
@@ -26,8 +26,9 @@ pub struct Progress {
     pub rows_within: Option<u64>,
     /// The best row within the limits; null where none is, or none is sought.
     pub best: Option<Best>,
-    /// Largest expected improvement of the best row by a run, by the model that chooses rows (noise from 1e-10 on, where that of
-    /// `decore surrogate` begins at 1e-6), times its probability to be within the limits, in the output's unit; null without a best row.
+    /// Largest expected improvement of the best row by a run, times its probability to be within the limits, in the output's unit; null
+    /// without a best row. It comes from the model that chooses rows, whose noise may be as small as 1e-10; the noise of `decore surrogate`
+    /// is at least 1e-6.
     pub gain: Option<f64>,
     /// Boundary of the limit or of failures; null for other goals.
     pub boundary: Option<Boundary>,
@@ -40,7 +41,7 @@ pub struct Progress {
     pub exhausted: bool,
 }
 
-/// How well an output is known.
+/// Progress of an output.
 #[derive(Debug, Clone, PartialEq, Serialize, JsonSchema)]
 pub struct OutputProgress {
     /// Column of `runs`.
@@ -51,8 +52,8 @@ pub struct OutputProgress {
     pub used: u64,
     /// Value of an output that is the same in all rows, and needs no model: its Q2 is 1 and its intervals are 0 wide; otherwise null.
     pub constant: Option<f64>,
-    /// Share of the variance that is predicted of rows left out: the smaller of that one at a time and that of a tenth at a time, as
-    /// `decore surrogate` tells them.
+    /// Share of the variance that is predicted for left-out rows: the smaller of both figures of `decore surrogate`, for one row at a time
+    /// and for a tenth.
     pub q2: f64,
     /// Width of the 95 % intervals of new rows, on average over the ranges of the factors, in the output's unit.
     pub width: f64,

@@ -46,8 +46,8 @@ pub fn sides(success: &Success, places: &Points) -> Result<Vec<LimitSide>, Regre
     }
 }
 
-/// The candidates, in order, that tell the most about the boundary: those of [`bounding`]; while fewer than four rows are of one kind,
-/// those of `filling`.
+/// Chooses the candidates, in order, that show most about the boundary, by [`bounding`], or by `filling` while fewer than four rows are of
+/// one kind.
 ///
 /// # Errors
 /// [`RegressionError::Size`] for candidates with other factors.
@@ -63,8 +63,8 @@ pub fn separating(
     }
 }
 
-/// The candidates, in order, that tell the most about where a limit is passed: of the `NEAREST` at which it may be passed and is
-/// least known, those that [`learning`] takes for its value; `success`: the probability of each that a run there has the output.
+/// Chooses the candidates, in order, that show most about the boundary of a limit: of the `NEAREST` most uncertain places near it, those
+/// that [`learning`] chooses. `success`: probability of each that a run there has the output.
 ///
 /// # Errors
 /// Those of [`learning`].

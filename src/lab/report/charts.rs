@@ -63,7 +63,7 @@ impl Axis {
     }
 }
 
-/// How often an output lies in each of some cells.
+/// Number of rows in each cell of an output's range.
 #[derive(Debug, Clone, PartialEq)]
 struct Histogram {
     axis: Axis,

@@ -11,7 +11,7 @@ use decore_model::metrics::NumericalErrors;
 use decore_model::run::{RowOutcome, RowStatus};
 use decore_quantity::{Cell, Value};
 
-/// Relative errors that are told apart: from 10^-17 to 10^3.
+/// Decades of relative errors: from 10^-17 to 10^3.
 const DECADES: std::ops::Range<i32> = -17..3;
 /// Classes of a decade: the median is sure to a hundredth.
 const CLASSES: f64 = 100.0;
@@ -33,7 +33,7 @@ pub struct OutputError {
     pub worst_column: String,
 }
 
-/// Rows that were run again with better numerics, and what they show.
+/// Numerical twins of rows, and their results.
 #[derive(Debug, Clone, PartialEq, Serialize, JsonSchema)]
 pub struct NumericalTwins {
     /// Rows that are done and whose numerical twin was simulated to its end.
@@ -42,7 +42,7 @@ pub struct NumericalTwins {
     pub not_done: u64,
     /// Rows with an error beyond the promise of their preset.
     pub beyond_promise: u64,
-    /// Row with the largest error beside its promise; null without such an error.
+    /// Row with the largest error relative to its promise; null without such an error.
     pub worst_row: Option<u64>,
     /// Largest error of that row over its promise.
     pub worst_over_promise: f64,

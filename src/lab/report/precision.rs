@@ -8,7 +8,7 @@ use decore_dataset::{ColumnDescription, ColumnGroup};
 use decore_model::metrics::{ERRING, duration_for};
 use decore_quantity::Cell;
 
-/// How sure an output is over the rows that are done.
+/// Precision of an output over the rows that are done.
 #[derive(Debug, Clone, PartialEq, Serialize, JsonSchema)]
 pub struct Precision {
     /// The output of a hammer.
@@ -43,7 +43,7 @@ pub(super) struct RowTime {
     pub duration_s: f64,
 }
 
-/// Columns of outputs with their errors, and what was found of them.
+/// Columns of outputs with their errors, and their statistics.
 pub(super) struct Precisions<'a> {
     wanted: f64,
     found: Vec<Precision>,

@@ -18,7 +18,7 @@ use decore_quantity::{Cell, Value};
 /// damping of the fixtures.
 pub const DEFAULT_RANKING: &str = RunTotals::strike_energy_j.name;
 
-/// Figures shown beside the ranking for the best rows.
+/// Figures next to the ranking for the best rows.
 const BESIDE: [&str; 10] = [
     DEFAULT_RANKING,
     RunTotals::delivered_work_j.name,
@@ -63,7 +63,7 @@ const ALWAYS: [&str; 6] = [
     Aggregates::least_percussion.name,
     RunTotals::energy_residual.name,
 ];
-/// Different reasons that are told apart: they may carry figures of their row.
+/// Largest number of different reasons: they may contain figures of their row.
 const MOST_REASONS: usize = 100;
 
 /// Settings of a report.
@@ -371,7 +371,7 @@ impl<'a> Gatherer<'a> {
         }
     }
 
-    /// Only so many different reasons are told apart, the others share an entry.
+    /// Counts a reason. Beyond a number of different reasons, others share an entry.
     fn count_reason(&mut self, reason: &str) {
         let reasons = &mut self.report.reasons;
         let known = reasons.len() < MOST_REASONS || reasons.contains_key(reason);

@@ -37,7 +37,7 @@ pub struct SensitivitySettings {
     pub estimator: Option<Estimator>,
     /// Whether a Saltelli design is analysed as any rows are, by its base points. Default: no.
     pub given: bool,
-    /// How intervals are found. Default: 1000 replicates, seed 0, 95 %.
+    /// Settings of the intervals. Default: 1000 replicates, seed 0, 95 %.
     pub bootstrap: Bootstrap,
 }
 
@@ -48,7 +48,7 @@ impl Default for SensitivitySettings {
     }
 }
 
-/// Reads a dataset and computes the indices of its outputs. The dataset may still be written: what is there counts.
+/// Reads a dataset and computes the indices of its outputs. If the dataset is still being written, its present rows count.
 ///
 /// Takes memory for the columns that are asked for.
 ///
@@ -91,7 +91,7 @@ pub fn analyse(reader: &DatasetReader, settings: &SensitivitySettings) -> Result
     })
 }
 
-/// Holds what is asked for to the design of a dataset, before anything is run or computed.
+/// Checks settings against the design of a dataset, before anything is run or computed.
 ///
 /// # Errors
 /// Those of reading; [`SensitivityError::Estimator`], [`SensitivityError::Given`], [`SensitivityError::Trajectories`].
@@ -330,7 +330,7 @@ impl TablePlan<'_> {
         indices
     }
 
-    /// Names have no direction: of their factors only mu* is told.
+    /// Names have no direction, so their factors have only mu*.
     fn effects(&self, found: &[Option<Effects>]) -> Vec<Index> {
         let mut indices = Vec::new();
         for (factor, effects) in found.iter().enumerate() {

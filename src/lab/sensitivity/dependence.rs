@@ -35,7 +35,7 @@ pub(super) fn dependence(table: &Table, outline: &DesignOutline, shapley: bool) 
     ))
 }
 
-/// How strongly two factors go together.
+/// Strength of the relation of two factors.
 #[derive(Debug, Clone, Copy, PartialEq)]
 enum Bond {
     /// Rank correlation of two numbers.

@@ -15,7 +15,7 @@ pub enum SensitivityError {
     /// A study without factors.
     #[error("the study has no factors: an analysis needs a [design] with at least one [design.factor]")]
     NoFactors,
-    /// Rows that are not those of the design.
+    /// Rows that do not belong to the design.
     #[error(
         "rows {first} to {last} are no {unit} of the design that the study describes (factor `{factor}` differs); \
          `decore verify` says whether the dataset is damaged"

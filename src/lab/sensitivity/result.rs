@@ -23,7 +23,7 @@ pub struct Sensitivity {
     pub factors: Vec<String>,
     /// Method of the analysis.
     pub method: Method,
-    /// How intervals were found.
+    /// Method of the intervals.
     pub intervals: Intervals,
     /// Notes for the reader, a sentence each.
     pub notes: Vec<String>,
@@ -37,7 +37,7 @@ pub struct Sensitivity {
 pub enum Method {
     /// Sobol' indices from the blocks of a Saltelli design.
     Sobol {
-        /// How they are estimated.
+        /// Estimator of the indices.
         estimator: Estimator,
         /// Rows of a block.
         block: usize,
@@ -53,7 +53,7 @@ pub enum Method {
     Given,
 }
 
-/// How intervals are found.
+/// Method of the intervals.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, JsonSchema)]
 pub struct Intervals {
     /// Bootstrap replicates, or halves of the rows; 0: there are no intervals.
@@ -111,7 +111,7 @@ pub enum UnitName {
 /// Rows without the output, for one reason.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 pub struct LeftOut {
-    /// Status and reason of the rows, or what their output is.
+    /// Status and reason of the rows, or the state of their output.
     pub reason: String,
     /// Number of rows.
     pub count: u64,
@@ -122,7 +122,7 @@ pub struct LeftOut {
 /// An index of a factor or a pair of factors.
 #[derive(Debug, Clone, PartialEq, Serialize, JsonSchema)]
 pub struct Index {
-    /// Which index.
+    /// Kind of index.
     pub index: IndexName,
     /// The factor, or the two factors of a pair.
     pub factors: Vec<String>,
@@ -140,7 +140,7 @@ named! {
         S1 = "s1",
         /// Share of the variance that a factor has alone or together with others.
         St = "st",
-        /// Share of the variance that a pair of factors has beyond what each has alone.
+        /// Share of the variance due to a pair of factors beyond each alone.
         S2 = "s2",
         /// Mean size of the elementary effects, per range of the factor; in the output's unit.
         MuStar = "mu_star",
@@ -148,13 +148,13 @@ named! {
         Mu = "mu",
         /// Standard deviation of the elementary effects; in the output's unit.
         Sigma = "sigma",
-        /// Shapley effect: share of the variance; those of all factors add up to 1, also where factors depend on each other.
+        /// Shapley effect: share of the variance. The effects of all factors add up to 1, also if factors depend on each other.
         Shapley = "shapley",
         /// First-order Sobol' index by ranks.
         Rank = "rank",
         /// Correlation ratio of classes of the factor.
         CorrelationRatio = "correlation_ratio",
-        /// PAWN: median distance of the output's distributions in slices of the factor from that of all rows.
+        /// PAWN: median distance between the output's distributions in slices of the factor and over all rows.
         Pawn = "pawn",
         /// The largest of these distances.
         PawnMaximum = "pawn_maximum",
@@ -166,7 +166,7 @@ named! {
 }
 
 impl Sensitivity {
-    /// How wide the intervals of the factors are.
+    /// Widths of the intervals of the factors.
     pub fn widths(&self) -> Widths {
         let widest = |settled: bool| {
             let all = self.outputs.iter().flat_map(move |output| output.widths(settled));

@@ -27,7 +27,7 @@ pub struct Units {
 pub struct UsableUnits {
     /// Places in the table at which whole units start.
     pub starts: Vec<usize>,
-    /// How many that are, and what became of the others.
+    /// Number of complete ones, and reasons for the others.
     pub used: Used,
 }
 

@@ -18,7 +18,7 @@ pub enum SurrogateError {
     /// A study without factors.
     #[error("the study has no factors: a surrogate needs a [design] with at least one [design.factor]")]
     NoFactors,
-    /// An output that rows cannot be told apart by.
+    /// Two columns with the same output.
     #[error("output `{output}` is asked for twice: name each once")]
     Twice {
         /// Column of the output.
@@ -44,7 +44,7 @@ pub enum SurrogateError {
     /// A table whose rows cannot be predicted.
     #[error("{0}")]
     Table(String),
-    /// A model that does not give what it should.
+    /// A model that failed.
     #[error("the model of `{output}`: {source}")]
     Regression {
         /// Column of the output.

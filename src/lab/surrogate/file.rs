@@ -22,7 +22,7 @@ use decore_dataset::{DatasetInfo, check_ending, check_free};
 use decore_files::{Limit, Staged, shielded};
 use decore_statistics::regression::{GaussianProcess, Places, Points, RegressionError};
 
-/// A predictor in Python that needs NumPy, and pyarrow to read files: written beside the models.
+/// Predictor in Python that needs only NumPy, written next to the models.
 pub const PREDICTOR: &str = include_str!("../../assets/predict.py");
 
 /// Version of the file's layout.

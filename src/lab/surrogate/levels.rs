@@ -41,9 +41,9 @@ pub(super) fn remarks(factors: &[FactorSpace], table: &Table, rows: &[usize], in
 
 /// The different values of a factor.
 struct Levels {
-    /// How many there are.
+    /// Number of values.
     count: usize,
-    /// How many of them are those of one place alone: left out, that place shows what is between the others.
+    /// Number of values of one place only: leaving out this place tests a gap between the other values.
     single: usize,
     /// Whether they are all whole numbers from the least to the largest.
     are_all: bool,

@@ -68,7 +68,7 @@ impl Model {
 }
 
 impl OutputModel {
-    /// How likely a row has the output; `None` where all rows have it.
+    /// Probability that a row has the output; `None` if all rows have it.
     pub fn success_of(&self, output: &OutputSurrogate) -> Option<Success> {
         let figures = output.success.as_ref()?;
         Some(match (&self.success, figures.scaling) {

@@ -13,7 +13,7 @@ use decore_quantity::CellColumn;
 use decore_statistics::regression::{Points, Prediction, RegressionError};
 use decore_study::{TableRow, factor_rows};
 
-/// Told of a row whose values the rows cover one by one and not together.
+/// Note on a row whose values the rows cover separately but not together.
 const FAR: &str = "far from all rows";
 
 /// Predictions of a table.
@@ -121,7 +121,7 @@ fn read_row(model: &Model, row: &QueryRow<'_>) -> Result<Vec<f64>, SurrogateErro
     cells.map(value).collect()
 }
 
-/// For each row the factors whose values lie outside what the model knows, or that it is far from all rows.
+/// For each row the factors with values outside the model's range, or a note that it is far from all rows.
 fn outside(model: &Model, values: &[Vec<f64>], places: &Points) -> Vec<String> {
     let used = model.points.select(&Model::used(&model.outputs, model.points.rows()));
     let covered = model.surrogate.covered_distance.filter(|_| used.rows() > 0);

@@ -21,8 +21,8 @@ pub struct Surrogate {
     pub rows_there: u64,
     /// The factors, in the study's order.
     pub factors: Vec<FactorSpace>,
-    /// Distance from the nearest place of the rows, in scaled factors, up to which a place is among them: 1.5 times the second largest
-    /// between a place and its nearest one; null in files of models from before it was told.
+    /// Largest distance from the nearest place of the rows, in scaled factors, within which a place counts as covered: 1.5 times the second
+    /// largest distance between a place and its nearest one. Null in files of older models.
     #[serde(default)]
     pub covered_distance: Option<f64>,
     /// Q2 below which a model warns.
@@ -52,7 +52,7 @@ pub struct OutputSurrogate {
     pub refused: Option<String>,
     /// The Gaussian process.
     pub process: Option<ProcessFigures>,
-    /// The polynomial chaos beside it; null where there is none.
+    /// Polynomial chaos for comparison; null if there is none.
     pub chaos: Option<ChaosFigures>,
     /// Reason why there is no polynomial chaos, e.g. too few rows, or a term that depends on a single row; null if there is one.
     #[serde(default)]
@@ -73,8 +73,7 @@ pub struct ProcessFigures {
     pub weights: Vec<f64>,
     /// Variance of the noise at each place over `variance`.
     pub noise: f64,
-    /// Variance of the noise of each run over `variance`, as runs at one place or twins show it; 0 without such, and in files of models
-    /// from before it was told.
+    /// Variance of the noise of each run over `variance`, from runs at one place or twins; 0 without them, and in files of older models.
     #[serde(default)]
     pub spread: f64,
     /// Evidence for `spread`: the sum of squared deviations of runs from the means of their places, twins' scatter included.
@@ -93,8 +92,8 @@ pub struct ProcessFigures {
     /// rows were brought together.
     #[serde(default)]
     pub places: u64,
-    /// Groups of places that are left out together, as they are nearly one under `weights`; as many as places where all are by
-    /// themselves. 0 in files of models from before they were told.
+    /// Number of groups of places that are left out together, because they are nearly one with `weights`; equal to the number of places if
+    /// all are separate. 0 in files of older models.
     #[serde(default)]
     pub groups: u64,
     /// Share of the variance that is predicted of rows that are left out, one group at a time.
@@ -119,8 +118,8 @@ pub struct ChaosFigures {
     pub q2: f64,
 }
 
-/// How likely a row has the output: `1 / (1 + exp(-(slope m + offset) / sqrt(1 + pi slope^2 s^2 / 8)))`, `m` and `s` being mean and
-/// standard deviation of a Gaussian process of 1 and -1; the same everywhere where there is no such process.
+/// Probability that a row has the output: `1 / (1 + exp(-(slope m + offset) / sqrt(1 + pi slope^2 s^2 / 8)))`, `m` and `s` the mean and
+/// standard deviation of a Gaussian process of 1 and -1. Constant if there is no such process.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct SuccessFigures {
     /// Share of the rows that have the output.

@@ -8,7 +8,7 @@ use decore_statistics::regression::FOLDS;
 
 /// Rows that are named per reason.
 const NAMED_ROWS: usize = 8;
-/// Reasons that are told per output.
+/// Number of printed reasons per output.
 const REASONS: usize = 4;
 /// Share of the scatter up to which noise agrees with it.
 const AGREES: f64 = 2.0;

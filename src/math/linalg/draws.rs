@@ -4,7 +4,7 @@
 
 /// Words of the state.
 const WORDS: usize = 31;
-/// How far the other word stands behind that is added.
+/// Distance of the second word in the sum.
 const SEPARATION: usize = 3;
 /// Draws that are left out after seeding.
 const DISCARDED: usize = 10 * WORDS;

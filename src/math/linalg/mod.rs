@@ -45,7 +45,7 @@ pub enum LinalgError {
         /// Number of rows.
         order: usize,
     },
-    /// The eigenvalue iteration found another number of eigenvalues than the inertia of the shifted matrix says.
+    /// The eigenvalue iteration found another number of eigenvalues than the inertia of the shifted matrix.
     #[error("found {found} of the {counted} eigenvalues that lie below the limit")]
     Incomplete {
         /// Eigenvalues found.

@@ -19,7 +19,7 @@ static METIS: Mutex<()> = Mutex::new(());
 static GENERATOR: Mutex<Generator> = Mutex::new(Generator::UNSEEDED);
 
 /// Seeds [`rand`]: METIS does before it draws.
-// SAFETY: name and types are those of the C library's own, which it stands for.
+// SAFETY: name and types equal the C library's function, which this one replaces.
 #[unsafe(no_mangle)]
 extern "C" fn srand(seed: c_uint) {
     *GENERATOR.lock().unwrap_or_else(PoisonError::into_inner) = Generator::seeded(seed);

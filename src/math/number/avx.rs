@@ -24,7 +24,7 @@ use super::definition::{Lanes, Mask, Number};
 #[repr(transparent)]
 pub struct FourAvx(__m256d);
 
-/// Which of four lanes something holds for: all bits set or none.
+/// Mask of four lanes: all bits set or none.
 #[derive(Clone, Copy)]
 pub struct FourAvxMask(__m256d);
 

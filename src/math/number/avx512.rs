@@ -22,7 +22,7 @@ use super::definition::{Lanes, Mask, Number};
 #[repr(transparent)]
 pub struct EightAvx(__m512d);
 
-/// Which of eight lanes something holds for, a bit for each.
+/// Mask of eight lanes, one bit each.
 #[derive(Debug, Clone, Copy, Default, PartialEq)]
 pub struct EightAvxMask(__mmask8);
 

@@ -5,7 +5,7 @@ use std::ops::{Add, AddAssign, Div, Mul, Neg, Sub, SubAssign};
 
 use pulp::{Arch, WithSimd};
 
-/// Which lanes something holds for.
+/// Mask of lanes.
 pub trait Mask: Copy + Debug + Default + PartialEq + Send + Sync + 'static {
     /// The same for all lanes.
     fn splat(value: bool) -> Self;
@@ -49,7 +49,7 @@ pub trait Number:
     + SubAssign
     + Lanes<Alone = f64>
 {
-    /// How many numbers.
+    /// Number of lanes.
     const LANES: usize;
     /// Result of comparisons.
     type Mask: Mask;

@@ -3,10 +3,9 @@
 //! The equations of hammers, contacts, structure and integrator are written once over [`Number`]. With `f64` they advance one row, with
 //! [`Four`] four rows in the lanes of a vector, each with its own numbers. No operation reads another lane. Each operation is an IEEE 754
 //! sum, difference, product (or both fused), quotient or square root, a comparison, a choice, or an operation on bits. So a lane has the
-//! same bits as a single number, on every processor and operating system. Functions of a platform's mathematical library are therefore
-//! not used; `exp`, `ln`, `tanh` and powers are this module's own. Long sums of products are fused, which is exact on every processor and
-//! one instruction on processors of the last ten years. Elsewhere products and sums are rounded one by one, because fused products are
-//! slow on older processors.
+//! same bits as a single number, on every processor and operating system. Functions of a platform's mathematical library are therefore not
+//! used; `exp`, `ln`, `tanh` and powers are this module's own. Long sums of products are fused, which is exact on every processor and one
+//! instruction on processors of the last ten years. Processors without it are slow. All other products and sums are rounded one by one.
 //!
 //! - `definition`: the traits, and a number alone
 //! - `lanes`: [`Four`] and the operations on its lanes

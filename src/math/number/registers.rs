@@ -35,7 +35,7 @@ impl Registers {
         }
     }
 
-    /// How many rows.
+    /// Number of rows.
     pub fn lanes(self) -> usize {
         match self {
             Self::Any if cfg!(target_arch = "x86_64") => 1,
@@ -55,8 +55,8 @@ impl Registers {
     }
 }
 
-/// A computation over arrays of numbers, written over registers of them: `W` the widest that the processor has, `Q` those of at most four
-/// numbers. Both give the same bits where each number of a register is computed by itself.
+/// A computation over arrays of numbers in registers: `W` the widest of the processor, `Q` with at most four numbers. Both give the same
+/// bits if each number of a register is computed separately.
 pub trait OverArrays {
     /// Result type.
     type Output;

@@ -14,7 +14,7 @@ per_lane! {
     pub(super) struct GasConstants<R> {
         pub ambient: Pressure<R>,
         pub flow: FlowFunction<R>,
-        /// `R T a` of what flows in and out, J/kg.
+        /// `R T a` of the inflow and outflow, J/kg.
         inflow_energy_j_per_kg: R,
         outflow_energy_j_per_kg: R,
         expansion_exponent: R,
@@ -57,7 +57,7 @@ impl<R: Number> GasConstants<R> {
     pub(super) fn chambers<'s>(&self, state: &'s HammerState<R>, volume: [R; chamber::COUNT]) -> Chambers<'s, R> {
         let one = R::splat(1.0);
         let supply = Pressure { pa: state.supply_pa, inverse: one / state.supply_pa };
-        // One division gives the inverse of a chamber's pressure and that of its volume.
+        // One division gives the inverses of a chamber's pressure and volume.
         let mut inverse_volume = [R::splat(0.0); chamber::COUNT];
         let mut pressure = [self.ambient; chamber::COUNT];
         for i in 0..chamber::COUNT {

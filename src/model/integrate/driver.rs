@@ -167,7 +167,7 @@ impl<S: InLanes<R>, P: Stepper<S, R>, R: Number> Integrator<S, P, R> {
         }
     }
 
-    /// Passes what is due before a lane's next step, and notices that its row has ended.
+    /// Handles events that are due before a lane's next step, and detects the end of its row.
     fn begin(&mut self, system: &mut S, at: usize) {
         let lane = &mut self.lanes[at];
         while lane.is_running() {
@@ -231,7 +231,7 @@ impl<S: InLanes<R>, P: Stepper<S, R>, R: Number> Integrator<S, P, R> {
         }
     }
 
-    /// A lane's next step, up to its stop at most, and within the horizon of what its row carries outside the state.
+    /// Plans a lane's next step: up to its next stop, and within the horizon of its row's part outside the state.
     fn plan(&mut self, system: &mut S, at: usize) {
         if !self.lanes[at].is_running() {
             self.lanes[at].plan = StepPlan { h: 0.0, end: None };
@@ -260,7 +260,7 @@ impl<S: InLanes<R>, P: Stepper<S, R>, R: Number> Integrator<S, P, R> {
         }
     }
 
-    /// Brings what a lane's row carries outside the state to the present.
+    /// Rebases the part of a lane's row outside the state.
     fn rebase(&mut self, system: &mut S, at: usize) {
         let of = system.row(at).rebased_components();
         read(&self.y[of.clone()], at, &mut self.state[of.clone()]);
@@ -360,7 +360,7 @@ impl<S: InLanes<R>, P: Stepper<S, R>, R: Number> Integrator<S, P, R> {
                         write(&self.state, at, &mut self.y_new);
                     }
                 } else {
-                    // What has happened in the step is noticed at its end.
+                    // Events within the step are detected at its end.
                     let hits = self.samples_new.iter().enumerate().filter(|(_, end)| end.value.lane(at) > 0.0);
                     lane.hits.extend(hits.map(|(guard, _)| guard));
                 }
@@ -385,7 +385,7 @@ impl<S: InLanes<R>, P: Stepper<S, R>, R: Number> Integrator<S, P, R> {
         if lane.hits.is_empty() {
             return;
         }
-        // What a right-hand side that follows the state has already acted upon is booked where the step began.
+        // A switch that the right-hand side already followed is recorded at the beginning of the step.
         let (t, y) = if self.following { (begin, &mut self.y_new) } else { (lane.t, &mut self.y) };
         read(y, at, &mut self.state);
         for &guard in &lane.hits {

@@ -35,7 +35,7 @@ pub(super) struct Lane {
     pub t_end: f64,
     /// Time that the present step must not pass.
     pub stop: f64,
-    /// Time up to which what its row carries outside the state holds, see [`crate::integrate::Rebasing::horizon`].
+    /// Time up to which the row's part outside the state holds, see [`crate::integrate::Rebasing::horizon`].
     pub horizon: f64,
     /// The present step.
     pub plan: StepPlan,
@@ -99,7 +99,7 @@ impl Lane {
         self.is_running() && self.error <= 1.0
     }
 
-    /// Which budget is used up.
+    /// Exhausted budget.
     pub fn spent(&self) -> Option<Stopped> {
         if self.counters.steps + self.counters.rejected_steps >= self.max_steps {
             return Some(Stopped::StepBudget);

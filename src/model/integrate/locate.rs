@@ -74,7 +74,7 @@ pub(super) struct SwitchedLane<'a, R> {
 
 /// Scratch memory of a search for events.
 pub(super) struct Memory<'m> {
-    /// Gets the guards that cross zero at the first event, all those of the same instant.
+    /// Receives the guards that cross zero at the first event; several if they cross at the same instant.
     pub hits: &'m mut Vec<usize>,
     /// Scratch of the state's length.
     pub y: &'m mut [f64],
@@ -223,8 +223,8 @@ mod tests {
         cubic_maximum(&sample(f0, s0), &sample(f1, s1), 0.1)
     }
 
-    /// Found to within the bracket from the non-negative side: simple zeros in few trials, all others (flat, as steep as a
-    /// Hertz force, jumps, what is not a number) in hardly more than a bisection's.
+    /// Finds zeros to within the bracket from the non-negative side: simple zeros in few trials, all others (flat, as steep as a Hertz
+    /// force, jumps, NaN) in little more than a bisection.
     #[test]
     fn analytic_zeros() {
         type Guard = fn(f64) -> f64;

@@ -6,7 +6,7 @@ use decore_math::number::Number;
 /// The steps of all lanes.
 #[derive(Debug)]
 pub struct Taken<'t, R: Number = f64> {
-    /// Lanes in which the step is accepted; what is said of the others means nothing.
+    /// Lanes with an accepted step; values of other lanes are meaningless.
     pub accepted: R::Mask,
     /// Time at its start, s.
     pub t: R,
@@ -16,7 +16,7 @@ pub struct Taken<'t, R: Number = f64> {
     pub theta: R,
     /// Rates of the state, one after the other.
     pub rates: &'t [R],
-    /// How they are interpolated.
+    /// Interpolation of the steps.
     pub dense: Dense,
 }
 

@@ -121,7 +121,7 @@ macro_rules! parameters {
     };
 }
 
-/// The default of an entry; without one of its own that of its type.
+/// Default of an entry; otherwise the default of its type.
 #[rustfmt::skip]
 macro_rules! default {
     ($default:expr) => { $default };

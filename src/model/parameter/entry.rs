@@ -21,7 +21,7 @@ pub(crate) fn key(group: &str, name: &str) -> String {
     if group.is_empty() { name.to_owned() } else { format!("{group}.{name}") }
 }
 
-/// A type of a few values, all of which are allowed: what has it needs no range.
+/// A type of a few values, all of which are permitted. It needs no range.
 pub trait Choice {
     /// Nothing to check.
     fn check(&self) {}

@@ -4,7 +4,7 @@ use super::range::{Fault, Numbers, short};
 
 /// Numbers between which a value usually lies.
 ///
-/// They are wide: what lies outside is possible, but more likely a slip of the unit.
+/// The ranges are wide: values outside are possible, but more likely a wrong unit.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Usual {
     /// Least of them.
@@ -59,7 +59,7 @@ impl Usual {
         (self.low..=self.high).contains(&number)
     }
 
-    /// Adds a remark for each number of a value that does not lie between them; what is not finite has its faults elsewhere.
+    /// Adds a remark for each number of a value outside the range. Numbers that are not finite are reported elsewhere.
     pub fn look(&self, value: &impl Numbers, at: &str, remarks: &mut Vec<Fault>) {
         value.visit(&mut |number| {
             if number.is_finite() && !self.holds(number) {

@@ -16,7 +16,7 @@ pub const DEFAULT_RETRIES: u32 = 1;
 /// Factor on the tolerance from one time to the next.
 pub const TIGHTENING: f64 = 0.01;
 
-/// A row on its way: which simulation is next, what came of those before. Pure: simulations may be run anywhere.
+/// A row in progress: its next simulation and the results of earlier ones. Pure: simulations can run anywhere.
 #[derive(Debug, Clone)]
 pub struct RowJob {
     scene: Scene,
@@ -151,13 +151,13 @@ impl RowJob {
         if number < self.scene.outputs.twins { Next::Twin(number) } else { Next::Nothing }
     }
 
-    /// The outcome, once all is done: that of the last time, its wall time that of all.
+    /// Outcome after all simulations: the outcome of the last one, with the wall time of all.
     pub fn outcome(self) -> RowOutcome {
         self.outcome.unwrap_or_else(|| RowOutcome::invalid("the row was not simulated".to_owned()))
     }
 
-    /// Runs what is left alone, with an observer that is made for each time and sees it; that of the row's own last time comes
-    /// back, unless the scene could not be built.
+    /// Runs the rest alone, with a new observer for each simulation. Returns the observer of the row's last simulation, unless the scene
+    /// could not be built.
     pub fn run_observed<O>(mut self, observer: impl Fn(&CoupledModel) -> O) -> (RowOutcome, Option<O>)
     where
         O: Observer<Coupled>,
@@ -173,7 +173,7 @@ impl RowJob {
         (self.outcome(), last)
     }
 
-    /// Runs what is left alone.
+    /// Runs the rest alone.
     pub fn run(self) -> RowOutcome {
         self.run_observed(|_| ()).0
     }

@@ -10,7 +10,7 @@ use crate::metrics::RunMetrics;
 use decore_quantity::{named, quantities};
 
 named! {
-    /// How a row ended.
+    /// Status of a row at its end.
     #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Serialize, JsonSchema)]
     pub enum RowStatus {
         /// Simulated to its end, and the audits hold.
@@ -30,7 +30,7 @@ quantities! {
     /// Result of one row.
     #[derive(Debug, Clone, PartialEq, Serialize, JsonSchema)]
     pub struct RowOutcome {
-        /// How the row ended: done, audit_failed, invalid, diverged, budget_exhausted.
+        /// Status of the row: done, audit_failed, invalid, diverged, budget_exhausted.
         pub status: RowStatus => "",
         /// Reason why the row is not done, in words; empty if it is.
         pub reason: String => "",
@@ -52,7 +52,7 @@ quantities! {
 }
 
 impl RowOutcome {
-    /// A row in which the program panicked, with what it said.
+    /// Outcome of a row in which the program panicked, with its message.
     pub fn panicked(payload: &(dyn Any + Send)) -> Self {
         let said = match (payload.downcast_ref::<&str>(), payload.downcast_ref::<String>()) {
             (Some(message), _) => message,

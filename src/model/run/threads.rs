@@ -13,7 +13,7 @@ pub struct ThreadCountError {
     name: &'static str,
     /// Value that was found.
     found: String,
-    /// How to fix it.
+    /// Remedy.
     advice: &'static str,
 }
 

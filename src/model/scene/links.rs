@@ -27,7 +27,7 @@ pub enum PartId {
 pub enum Part {
     /// Rigid bodies: their freedoms, each with its mass in kg or inertia in kg m2.
     Rigid(Vec<(Freedom, f64)>),
-    /// A reduced structure. Its modes come beside the scene, see [`crate::system::InterfaceModes`].
+    /// A reduced structure. Its modes are separate from the scene, see [`crate::system::InterfaceModes`].
     Elastic,
 }
 
@@ -178,7 +178,7 @@ pub enum Owner {
     Hammer {
         /// The hammer.
         hammer: usize,
-        /// Which of its links.
+        /// Link of the hammer.
         link: HammerLink,
     },
     /// A fixture of a casting.
@@ -188,7 +188,7 @@ pub enum Owner {
 /// Law of a link.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum LinkLaw {
-    /// `F = k d + c d'`, d the motion of the first point less that of the second since rest.
+    /// `F = k d + c d'`, d the motion of the first point relative to the second since rest.
     Spring {
         /// Stiffness in N/m.
         stiffness_n_per_m: f64,
@@ -364,7 +364,7 @@ impl Scene {
         ids.zip(self.castings.iter().flat_map(|casting| &casting.fixtures))
     }
 
-    /// A point. That of a guide that is tied is its mount.
+    /// Returns a point. The point of a tied guide is its mount.
     pub fn point(&self, id: PointId) -> PointRef {
         let on = |casting: usize, rigid: Location, elastic: BodyPoint| {
             let location = self.castings[casting].elastic.map_or(rigid, |_| Location::Place(elastic));
@@ -400,7 +400,7 @@ impl Scene {
         PointRef { id, part, location }
     }
 
-    /// All links: those of each hammer, then the fixtures.
+    /// Returns all links: hammer by hammer, then the fixtures.
     pub fn links(&self) -> Vec<Link> {
         let hammers = (0..self.hammers.len()).flat_map(|hammer| self.links_of_hammer(hammer));
         hammers.chain(self.fixtures().map(|(id, fixture)| self.link_of_fixture(id, fixture))).collect()

@@ -127,9 +127,9 @@ parameters! {
         pub standoff_m: f64 = 0.085, "m", [>= 0] usual [0, 0.5], "the paper's rig";
         /// Time `t_on` at which the supply is switched on.
         pub start_time_s: f64 = 0.002, "s", [>= 0] usual [0, 60], "the paper's rig";
-        /// Times, in ascending order after the start, at which the supply is switched off, on again, off, and so on. While it is
-        /// off the supply line is vented: its pressure is the ambient one, and the percussion stops; on again, the hammer starts
-        /// anew, its percussion `tau_gate` after the next contact. Empty: on for good.
+        /// Times, in ascending order after the start, at which the supply is switched off, on again, off, and so on. While it is off the
+        /// supply line is vented: its pressure is the ambient one, and the percussion stops; When it is on again, the hammer starts from
+        /// the beginning, with percussion `tau_gate` after the next contact. Empty: on for good.
         pub supply_switch_times_s: Vec<f64> = Vec::new(), "s", [finite] usual [0, 100], "on for good";
         /// Time `tau_gate` from the first chisel-casting contact to the start of the percussion.
         pub gate_delay_s: f64 = 0.020, "s", [>= 0] usual [0, 1], "the paper's rig";
@@ -176,7 +176,7 @@ parameters! { file
         /// Least time from the end of a chisel-casting contact to the start of the next for which they count as two; 0: each
         /// interval of positive force counts. Shorter gaps are chatter, whose number depends on the tolerance.
         pub contact_separation_s: f64 = 5e-5, "s", [>= 0] usual [0, 0.01], "measured, see `decore help outputs`";
-        /// Number of struck blows of each stroke taken as settling.
+        /// Number of struck blows at the start of each stroke that count as settling.
         pub settling_blows: usize = 5, "1", [0 ..], "definition";
         /// Root mean square of the differences of blow energies, of intervals and of works a period apart, relative to their mean, up
         /// to which a percussion is periodic; of works three times as much, and relative to at least a tenth of the mean energy. Also
@@ -221,7 +221,7 @@ parameters! {
     #[derive(Debug, Clone, PartialEq)]
     pub struct Scene {
         own {
-            /// Index of the machine among the study's further ones; `None`: that of its table `[structure]`.
+            /// Index among the study's further machines; `None`: the machine of the table `[structure]`.
             pub machine: Option<usize>,
             /// Gas, surroundings and gravity.
             pub environment: Environment,

@@ -5,7 +5,7 @@ use crate::parameter::{Fault, Parameters};
 use super::model::{Scene, Supply};
 
 impl Scene {
-    /// Remarks about what is not as usual, by paths in a study; it keeps no scene from being run.
+    /// Remarks on unusual values, by paths in a study. They do not prevent a run.
     pub fn remarks(&self) -> Vec<Fault> {
         let mut remarks = Vec::new();
         self.unusual("", &mut remarks);

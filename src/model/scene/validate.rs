@@ -10,7 +10,7 @@ use super::links::PartId;
 use super::model::{HammerUnit, Scene, Supply};
 use super::solver::{ModeTreatment, SolverSettings};
 
-/// Simulated time in s for which a fixture is judged too stiff: of a longer one, the time itself is what takes the steps.
+/// Simulated time in s for the check of stiff fixtures. In longer runs, the time itself takes the steps.
 const LONGEST_JUDGED_S: f64 = 100.0;
 
 /// Kind of a problem.
@@ -20,7 +20,7 @@ pub enum SceneProblemKind {
     Value,
     /// A casting lacks its inertia or is not held by its fixtures.
     Restraint,
-    /// A hammer would strike beside its casting.
+    /// A hammer would miss its casting.
     Miss,
 }
 
@@ -120,7 +120,7 @@ impl Scene {
                 checks.push(SceneProblemKind::Value, format!("{prefix}.stiffness_n_per_m"), message);
             }
         }
-        // Only a casting with sound values that every hammer hits says something about its restraint.
+        // Check the restraint only of a casting with valid values that every hammer hits.
         let missed = self.hammers.iter().any(|hammer| hammer.casting == index && misses(hammer, casting));
         if checks.problems.len() == before
             && !missed

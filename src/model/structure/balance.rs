@@ -15,7 +15,7 @@ use super::model::FeModel;
 /// A row is out of balance if the forces of a motion leave this share of the sum of their magnitudes.
 const OUT: f64 = 0.05;
 
-/// How the rows of a stiffness are balanced.
+/// Balance of the rows of a stiffness.
 #[derive(Debug, Clone, PartialEq)]
 pub(super) struct Balance {
     /// One entry per row: whether it is out of balance. `None` for a row that the motions do not load.
@@ -85,7 +85,7 @@ pub(super) fn rotated(model: &FeModel, directions: &[Option<usize>], places: &BT
     directions.iter().enumerate().map(row).collect()
 }
 
-/// How rotations load the rows.
+/// Loads of the rows by rotations.
 #[derive(Debug, Clone, PartialEq)]
 pub(super) struct Turned {
     pub balance: Balance,

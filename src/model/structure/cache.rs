@@ -181,7 +181,7 @@ impl<'a> CachedReduction<'a> {
     }
 }
 
-/// The bytes of a cache file: [`MAGIC`], the hash of the content, what is kept, the hash of all that.
+/// Bytes of a cache file: [`MAGIC`], the hash of the content, the reduction, the hash of all.
 fn to_bytes(content: &[u8; HASH], kept: &CachedReduction<'_>) -> postcard::Result<Vec<u8>> {
     let mut bytes = postcard::to_extend(kept, [MAGIC.as_slice(), content].concat())?;
     bytes.extend_from_slice(blake3::hash(&bytes).as_bytes());
@@ -252,7 +252,7 @@ mod tests {
         );
         assert_eq!(structure.remarks(), ["odd"]);
         let row = |row: usize| vec![(InterfaceDof { point: "A".to_owned(), dof: 2 }, row)];
-        // Sizes whose product wraps round to that of no entries at all.
+        // Sizes whose product overflows to 0 entries.
         let huge = 1 << (usize::BITS / 2);
         let none = || Cow::Owned(Vec::new());
         for other in [

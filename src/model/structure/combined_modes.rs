@@ -29,8 +29,8 @@ pub(super) struct CombinedModes {
 }
 
 impl ModeSums {
-    /// The modes that stand for these; none where nothing moves. The circular frequencies of all of these lie between the least and the
-    /// most of `range_rad_s`, so that rounding of what is hardly moved or hardly gives way cannot lead beyond.
+    /// Returns modes that replace these; none if nothing moves. Their circular frequencies are limited to `range_rad_s`, the range of these
+    /// modes, because rows that hardly move or yield have rounding errors.
     pub fn standing(self, range_rad_s: [f64; 2]) -> CombinedModes {
         let rows = self.mass.nrows();
         let mass = SymmetricEigen::new(self.mass);

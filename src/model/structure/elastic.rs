@@ -50,7 +50,7 @@ pub const LOCAL_HZ: f64 = 10_000.0;
 const STEP: &str = "modes of the casting";
 const ADVICE: &str = "check units and signs of the casting's matrices";
 
-/// How an elastic casting is modelled.
+/// Settings of an elastic casting.
 #[derive(Debug, Clone, PartialEq)]
 pub struct ElasticSettings {
     /// Modes below this frequency are kept, in Hz.
@@ -221,7 +221,7 @@ impl ElasticBody {
         let highest = self.highest(&forces)?;
         let known = multiply_transposed(&forces, &self.below).step(STEP, ADVICE)?;
         let first = known.ncols() - self.elastic_rad_s.len();
-        // What the known modes from a place on add to the flexibility of those that are not known.
+        // Contribution of the known modes from an index on to the flexibility of the unknown ones.
         let and_modes = |from: usize| {
             let shares = known.columns_range(first + from..).into_owned();
             let scale = self.elastic_rad_s[from..].iter().map(|omega| omega.powi(-2));
@@ -251,7 +251,7 @@ impl ElasticBody {
         for _ in 0..REFINEMENTS {
             let mut next = &above + self.shift * self.mass_times(&solution);
             self.factor.solve(&mut next).step(STEP, ADVICE)?;
-            // What rounding left along the modes below the cut-off.
+            // Remove rounding errors along the modes below the cut-off.
             let leak = multiply_transposed(&self.below_inertia, &next).step(STEP, ADVICE)?;
             solution = next - product(&self.below, &leak)?;
         }

@@ -35,7 +35,7 @@ pub enum StructureError {
         /// The system's reason.
         reason: String,
     },
-    /// A line that does not say what it should, or is missing.
+    /// A wrong or missing line.
     #[error(transparent)]
     Line(#[from] FileFault),
     /// A matrix as a whole that cannot be a mass or stiffness.
@@ -173,7 +173,7 @@ impl StructureError {
         Self::Argument { name: name.into(), expected: expected.into(), found: found.to_string() }
     }
 
-    /// The error with what looks wrong about the matrices, where that may be its cause.
+    /// Adds doubtful properties of the matrices to the error, if they may be its cause.
     pub(super) fn with_causes(self, remarks: &[String]) -> Self {
         let may_be = match &self {
             Self::Linalg { source, .. } => !matches!(source, LinalgError::OutOfMemory { .. }),
@@ -190,7 +190,7 @@ impl StructureError {
 /// Advice for errors that the matrices do not cause.
 const MORE_MEMORY: &str = "raise the limit on memory (`ulimit -v`), or use a machine with more";
 
-/// Names the step that failed and what to do about it.
+/// Adds the failed step and a remedy to an error.
 pub(super) trait Step<T> {
     fn step(self, step: &'static str, advice: &'static str) -> Result<T, StructureError>;
 }

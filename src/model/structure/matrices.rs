@@ -4,7 +4,7 @@ use sprs::CsMat;
 
 use super::label::DofLabel;
 
-/// Matrices of a model, both triangles stored, with what their rows stand for where that is known.
+/// Matrices of a model, with both triangles, and the known labels of their rows.
 #[derive(Debug, Clone)]
 pub struct ModelMatrices {
     /// Mass, positive semidefinite.

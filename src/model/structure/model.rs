@@ -126,7 +126,7 @@ impl FeModel {
         Ok(Self { matrices, points, rows, positions_m, misplaced: Vec::new(), doubts: Vec::new(), changes })
     }
 
-    /// Adds where nodes are, in the unit of the matrices' file; what interface points say of theirs comes first.
+    /// Adds positions of nodes, in the unit of the matrices' file. Positions of interface points have priority.
     pub(super) fn with_positions(mut self, positions: BTreeMap<i64, [f64; 3]>, metres: f64) -> Self {
         for (node, place) in positions {
             let place = place.map(|value| metres * value);
@@ -139,7 +139,7 @@ impl FeModel {
         self
     }
 
-    /// Adds what about the files is to be doubted.
+    /// Adds doubts about the files.
     pub(super) fn with_doubts(mut self, doubts: impl IntoIterator<Item = String>) -> Self {
         self.doubts.extend(doubts);
         self
@@ -222,7 +222,7 @@ impl FeModel {
         labelled.chain(self.rows.iter().flat_map(|rows| rows[3..].iter().copied().flatten())).collect()
     }
 
-    /// Mass, stiffness and damping to be changed; what makes a model sound must stay.
+    /// Mass, stiffness and damping for changes; the model must stay valid.
     pub(super) fn matrices_mut(&mut self) -> [Option<&mut CsMat<f64>>; 3] {
         let ModelMatrices { mass, stiffness, damping, .. } = &mut self.matrices;
         [Some(mass), Some(stiffness), damping.as_mut()]

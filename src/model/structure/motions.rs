@@ -36,7 +36,7 @@ pub(super) struct RigidMotions {
     pub centre_m: Result<[f64; 3], (usize, usize)>,
     /// Balance under translations, where it is telling.
     pub translated: Option<Balance>,
-    /// How rotations load the model, where places of nodes are known and it is telling.
+    /// Loads by rotations, if positions of nodes are known and the loads are conclusive.
     pub rotated: Option<Turned>,
 }
 
@@ -66,7 +66,7 @@ impl RigidMotions {
     }
 }
 
-/// Whether a share of rows out of balance tells something: many rows, sparse.
+/// Whether a share of rows out of balance is conclusive: many rows, sparse.
 fn is_telling(stiffness: &CsMat<f64>) -> bool {
     let order = stiffness.rows() as f64;
     stiffness.rows() >= LEAST_ROWS && (stiffness.nnz() as f64) < MOST_FULL * order * order
@@ -128,7 +128,7 @@ pub(super) fn places_of_distinct(model: &FeModel) -> BTreeMap<i64, [f64; 3]> {
     known.map(|(node, place)| (*node, *place)).collect()
 }
 
-/// Rows that supports load under translations already tell nothing of rotations.
+/// Rows that supports already load under translations are not conclusive for rotations.
 fn rotation_balance(
     model: &FeModel,
     (directions, seeming): (&[Option<usize>], &[bool]),

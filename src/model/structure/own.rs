@@ -28,8 +28,8 @@ use decore_math::linalg::{
 /// not depend on it beyond rounding.
 pub(super) const SHIFT: f64 = TAU * TAU;
 
-/// A mode below this frequency in Hz counts as a rigid-body motion and gets omega = 0: rounding in the matrices does not
-/// let a frequency be told from zero.
+/// A mode below this frequency in Hz counts as a rigid-body motion and gets omega = 0, because rounding in the matrices hides such
+/// frequencies.
 pub(super) const RIGID_BODY_HZ: f64 = 0.01;
 
 /// The same as a squared circular frequency in 1/s2.
@@ -84,7 +84,7 @@ impl OwnModes {
         let mut motions = 0;
         for (mut vector, &i) in vectors.column_iter_mut().zip(&falling) {
             let mu = eigen.values[i];
-            // omega^2 / (omega^2 + shift), which is 1 for what has no mass.
+            // omega^2 / (omega^2 + shift), which is 1 for DOFs without mass.
             let stiff = 1.0 - SHIFT * mu.max(0.0);
             let omega_squared = stiff / mu.max(f64::MIN_POSITIVE);
             if omega_squared < -RIGID_BODY {
@@ -170,7 +170,7 @@ impl OwnModes {
         &self.nu
     }
 
-    /// The highest circular frequency in rad/s of what has mass. Bodies make no mode faster.
+    /// Highest circular frequency in rad/s of modes with mass. Bodies make no mode faster.
     pub fn most_rad_s(&self) -> f64 {
         self.nu.iter().rfind(|nu| **nu > 0.0).map_or(0.0, |nu| nu.sqrt().recip())
     }
@@ -211,7 +211,7 @@ impl OwnModes {
         Ok(Some(&free * free.transpose() + held.tr_mul(&held)))
     }
 
-    /// Shapes of modes at some combinations of interface rows (combinations x modes): those of the own modes there, combined.
+    /// Shapes of modes at combinations of interface rows (combinations x modes), from the own modes' shapes there.
     ///
     /// # Errors
     /// None that a caller could bring about.

@@ -19,7 +19,7 @@ const MASS_SPREAD: f64 = 0.05;
 const LEAST_DIGITS: f64 = 1e-3;
 /// A machine that floats has so many modes at 0 Hz.
 const MOST_RIGID: usize = 6;
-/// Entries of a mass matrix add up, those of a stiffness cancel.
+/// Entries of a mass matrix add up, entries of a stiffness matrix cancel.
 const LEAST_SUM: f64 = 1e-3;
 
 /// Properties that a model's modes show.

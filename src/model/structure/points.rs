@@ -35,8 +35,7 @@ pub enum PointPlace {
     Rows {
         /// Row of the x displacement, counted from 0.
         first: usize,
-        /// Rows that belong to the point: 3 (displacements) or 6 (and rotations); none: as many as the labels of the rows
-        /// say.
+        /// Number of rows of the point: 3 (displacements) or 6 (and rotations); none: from the labels of the rows.
         dofs: Option<usize>,
     },
     /// In the rows that carry the label of a node.
@@ -126,8 +125,7 @@ impl InterfacePoints {
         Ok(Self { points })
     }
 
-    /// The table as [`InterfacePoints::parse`] reads it. A file has one way to say where points are; the first point's is
-    /// used.
+    /// Writes the table for [`InterfacePoints::parse`]. A file has one way to give rows; the first point's is used.
     pub fn to_csv(&self) -> String {
         let by_node = matches!(self.points.first().map(|point| point.place), Some(PointPlace::Node { .. }));
         let place = if by_node { ["node", "rotation_node"] } else { ["first_row_0based", "dofs"] };
@@ -148,7 +146,7 @@ impl InterfacePoints {
         String::from_utf8(writer.into_inner().unwrap_or_default()).unwrap_or_default()
     }
 
-    /// Says for every point that names its first row how many belong to it, where `rows` has three or six.
+    /// Sets the number of rows of every point that gives its first row, if `rows` has three or six.
     pub(super) fn state_dofs(&mut self, rows: &[[Option<usize>; 6]]) {
         for (point, rows) in self.points.iter_mut().zip(rows) {
             if let PointPlace::Rows { dofs: dofs @ None, .. } = &mut point.place {
@@ -174,7 +172,7 @@ impl InterfacePoints {
     }
 }
 
-/// The columns that say where a point is.
+/// Columns with the rows of a point.
 enum PlaceColumns {
     None,
     Rows { first: usize, dofs: Option<usize> },

@@ -46,7 +46,7 @@ pub struct QualitySettings {
     pub damping_ratio: f64,
 }
 
-/// One mode of the full model beside its counterpart.
+/// A mode of the full model with its counterpart.
 #[derive(Debug, Clone, PartialEq, Serialize, JsonSchema)]
 pub struct ModePair {
     /// Frequency of the full model in Hz.
@@ -160,7 +160,7 @@ pub fn assess(model: &FeModel, settings: &QualitySettings) -> Result<QualityRepo
     assess_telling(model, settings, |_| ())
 }
 
-/// As [`assess`]. `tell` is given what looks wrong about the matrices before the work, which takes a minute for large models.
+/// As [`assess`]. `tell` receives doubtful properties of the matrices before the work, which takes a minute for large models.
 ///
 /// # Errors
 /// As for [`super::reduce`].
@@ -457,7 +457,7 @@ struct Excitation {
     damped: usize,
 }
 
-/// `sum phi_i phi_j / (omega_s^2 - omega^2 + 2 i xi omega_s omega)` and what the other modes bring, real and imaginary part.
+/// `sum phi_i phi_j / (omega_s^2 - omega^2 + 2 i xi omega_s omega)` and the contribution of the other modes, real and imaginary part.
 fn receptance(shapes: &Shapes, (i, j): (usize, usize), at: &Excitation) -> [f64; 2] {
     let Excitation { omega, damping_ratio: xi, damped } = *at;
     let mut sum = [shapes.beyond.receptance((i, j), omega), 0.0];

@@ -65,7 +65,7 @@ pub fn reduce(model: &FeModel, settings: &ReductionSettings) -> Result<ReducedSt
     reduce_observed(model, settings, &mut Observer::none()).map(|(structure, _)| structure)
 }
 
-/// As [`reduce`], with what was met on the way; time and memory of the steps go to the observer.
+/// As [`reduce`], with facts from the reduction; time and memory of the steps go to the observer.
 ///
 /// # Errors
 /// As for [`reduce`].
@@ -93,7 +93,7 @@ pub(super) struct Reduction {
 }
 
 impl Reduction {
-    /// Adds what looks wrong about the matrices. The structure also says what looks wrong about its modes.
+    /// Adds doubtful properties of the matrices. The structure adds those of its modes.
     fn with_remarks(self, remarks: Vec<String>) -> Self {
         let shown = Shown { rigid: self.structure.rigid_motions(), ..Shown::default() };
         let structure = self.structure.with_remarks(remarks.iter().cloned().chain(of_modes(shown)).collect());
@@ -117,7 +117,7 @@ impl Reduction {
     }
 }
 
-/// Reduces a model. `tell` is given what looks wrong about the matrices before the work.
+/// Reduces a model. `tell` receives doubtful properties of the matrices before the work.
 pub(super) fn reduce_in_parts(
     model: &FeModel,
     settings: &ReductionSettings,

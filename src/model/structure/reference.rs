@@ -104,7 +104,7 @@ impl Basis<'_> {
     fn orthonormalised(&self, mut block: Block) -> Result<(Block, DMatrix<f64>), LinalgError> {
         let full = self.known.full;
         let mut outside = DMatrix::identity(block.vectors.ncols(), block.vectors.ncols());
-        // Once more for what rounding leaves.
+        // Repeat for rounding errors.
         for _ in 0..2 {
             let mut along = multiply_transposed(&self.inertia, &block.vectors)?;
             block.vectors -= multiply(&full.psi, &along)?;

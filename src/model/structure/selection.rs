@@ -52,7 +52,7 @@ pub struct ResidualModes {
     pub rows: DMatrix<f64>,
 }
 
-/// How modes are selected.
+/// Settings of the selection of modes.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct SelectionSettings {
     /// Largest error of a receptance relative to the static flexibility of its rows; 0 keeps every mode that moves a row.

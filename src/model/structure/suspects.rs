@@ -101,7 +101,7 @@ impl Nodes {
         Self { nodes }
     }
 
-    /// The speed of sound by stiffness, mass and size of the mesh, where it is far from that of any metal.
+    /// Speed of sound from stiffness, mass and size of the mesh, if it is far from any metal's.
     fn sound(&self, model: &FeModel, mass_kg: Option<[f64; 3]>) -> Option<String> {
         let omega = |(row, k, m): &(usize, [f64; 6], [f64; 6])| {
             // A chain of masses that move one way is no mesh.
@@ -205,7 +205,7 @@ fn nearest_m(model: &FeModel, places: &BTreeMap<i64, [f64; 3]>, row: usize) -> O
     nearest
 }
 
-/// Size in m of the model by what is known of places: the diagonal of the box around nodes and points, or the farthest from the origin.
+/// Size in m of the model from known positions: the diagonal of the box around nodes and points, or the largest distance from the origin.
 fn extent_m(model: &FeModel) -> Option<f64> {
     let points = model.points().iter().map(|point| point.position_m);
     let places: Vec<[f64; 3]> = model.positions_m().values().copied().chain(points).collect();

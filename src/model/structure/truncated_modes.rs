@@ -28,8 +28,7 @@ pub(super) struct ReductionDemand<'a> {
 }
 
 impl ReductionDemand<'_> {
-    /// A circular frequency in rad/s above which modes are not needed one by one, as far as the own modes tell; `None` where nothing
-    /// is saved.
+    /// Circular frequency in rad/s above which single modes are not needed, according to the own modes; `None` if this saves nothing.
     pub fn edge(&self, own: &OwnModes) -> Option<f64> {
         let shapes = own.elastic_at(self.rows);
         let SelectionSettings { tolerance, band_hz } = self.settings;

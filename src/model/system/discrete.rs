@@ -6,11 +6,11 @@ use crate::system::model::CoupledModel;
 /// State that changes only at switches and stops.
 #[derive(Debug, Clone)]
 pub(super) struct Discrete {
-    /// Which contacts are closed.
+    /// Closed contacts.
     pub closed: Vec<bool>,
-    /// How often each supply has been switched: it is on after an odd number of times.
+    /// Number of switches of each supply: it is on after an odd number.
     pub supply_switched: Vec<usize>,
-    /// Which gates are open.
+    /// Open gates.
     pub gate_open: Vec<bool>,
     /// When each gate opens; infinite until the hammer's first contact.
     pub gate_time_s: Vec<f64>,

@@ -19,13 +19,13 @@ use crate::system::rebase_group::{WIDTH, scaled_powers, splat};
 use crate::system::register_pair::{fused, pair, product, put_pair, unrolled};
 use decore_math::number::{Number, OverArrays, in_widest};
 
-/// Longest time between two nodes in s: that of an impact, which bends the modes' velocities.
+/// Longest time between two nodes in s: the duration of an impact, which changes the modes' velocities.
 const LONGEST_INTERVAL_S: f64 = 1.25e-4;
 /// Angle by which the fastest mode turns between two nodes at most, rad: its squared velocity by less than a whole period.
 const INTERVAL_RAD: f64 = 3.0;
 /// Permitted error of the impulse responses, as a share of their amplitudes.
 const IMPULSE_RESPONSE_ERROR: f64 = 2e-7;
-/// How many nodes back the power is known: as many as there are in a step.
+/// Number of past nodes with known power: as many as there are in a step.
 const REMEMBERED: usize = 8;
 
 /// Constants of the dissipation.
@@ -109,7 +109,7 @@ impl Damping {
     }
 }
 
-/// The modes of a row at the last node, and what they have dissipated.
+/// Modes of a row at the last node, and their dissipated energy.
 #[derive(Debug, Clone)]
 pub(super) struct Dissipation {
     displacement: Vec<Lanes>,
@@ -117,7 +117,7 @@ pub(super) struct Dissipation {
     /// Nodes passed.
     nodes: u64,
     dissipated_j: f64,
-    /// Power at the last nodes, that of the last first, W.
+    /// Power at the last nodes, the latest first, W.
     powers_w: [f64; REMEMBERED],
 }
 
@@ -148,8 +148,8 @@ impl Dissipation {
         self.dissipated_j
     }
 
-    /// Energy dissipated up to a time within or at the end of the last step, J, where the power is `power_w(t)`: that of whole intervals,
-    /// and from the end of these on at that power.
+    /// Energy dissipated up to a time within or at the end of the last step, J, if the power is `power_w(t)`: whole intervals, then the
+    /// rest at that power.
     pub fn up_to_j(&self, damping: &Damping, t: f64, power_w: f64) -> f64 {
         let nodes = ((t / damping.interval_s + 0.5).floor() as u64).min(self.nodes);
         let later = self.powers_w.iter().take((self.nodes - nodes) as usize).sum::<f64>();

@@ -23,7 +23,7 @@ pub struct Spring {
     pub owner: Owner,
 }
 
-/// A one-sided contact; its row follows those of the springs.
+/// A one-sided contact; its row comes after the springs' rows.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Contact {
     /// Owner.
@@ -32,7 +32,7 @@ pub struct Contact {
     pub law: ContactLaw,
     /// Subtracted from the row's value to give the penetration, m.
     pub offset_m: f64,
-    /// Force at rest, N: what holds it is in equilibrium with it and acts on when the contact opens.
+    /// Force at rest, N. Its opposing load is in equilibrium with it and continues when the contact opens.
     pub rest_force_n: f64,
 }
 
@@ -126,7 +126,7 @@ impl Contact {
 }
 
 impl Elements {
-    /// Makes the elements of links between points whose rows have `columns` columns. The rows of springs come before those of contacts.
+    /// Makes the elements of links between points whose rows have `columns` columns. Rows of springs come before rows of contacts.
     pub(super) fn new(links: &[Link], points: &Points, columns: usize) -> Self {
         let (mut springs, mut contacts) = (Vec::new(), Vec::new());
         let mut rows: [Vec<PointRow>; 2] = Default::default();

@@ -141,7 +141,7 @@ impl<R: Number> Passage<'_, '_, R> {
                     }
                 }
             } else {
-                // What goes on begins anew; the other lanes are at their ends already.
+                // Begin again for the next interval; the other lanes are at their ends already.
                 sum = sum.map(|sum| R::select(self.begun, R::splat(0.0), sum));
             }
             let to = &mut values[own(k - 1)];

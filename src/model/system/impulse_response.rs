@@ -156,7 +156,7 @@ pub(super) struct ModeBlock {
     pub gamma: [Lanes; GAMMAS],
 }
 
-/// A mode of a group: its number among those of the structure, and its impulse response over the group's horizon.
+/// A mode of a group: its index in the structure, and its impulse response over the group's horizon.
 struct Member {
     mode: usize,
     gamma: [f64; GAMMAS],

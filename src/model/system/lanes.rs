@@ -97,7 +97,7 @@ impl<R: Number> CoupledLanes<R> {
         self.rebased(lane);
     }
 
-    /// Begins to follow what the row in a lane dissipates.
+    /// Begins to follow the dissipation of a lane's row.
     fn begin(&mut self, lane: usize) {
         for (part, moments) in &mut self.moments {
             let condensed = self.rows[lane].blocks[*part].condensed();

@@ -45,7 +45,7 @@ impl CastingQuadrature {
     const COUNT: usize = 3;
 }
 
-/// Quadratures of one hammer, those of its chambers included.
+/// Quadratures of one hammer, including its chambers.
 const PER_HAMMER: usize = HammerQuadrature::COUNT + 2 * chamber::COUNT;
 // Those of its own and either kind of its chambers' are equally many: a right-hand side writes them as three arrays.
 const _: () = assert!(HammerQuadrature::COUNT == chamber::COUNT);
@@ -107,7 +107,7 @@ impl Layout {
         self.velocity(self.bodies) + chamber::COUNT * self.hammers
     }
 
-    /// All quadratures of hammer `hammer`: its own in the order of [`HammerQuadrature`], then those of its chambers.
+    /// All quadratures of hammer `hammer`: its own in the order of [`HammerQuadrature`], then its chambers'.
     #[inline]
     pub fn hammer_quadratures(&self, hammer: usize) -> Range<usize> {
         let start = self.quadrature(hammer, HammerQuadrature::Work);
@@ -150,7 +150,7 @@ impl Layout {
         self.casting_quadratures().end
     }
 
-    /// Energy dissipated, J; what condensed modes dissipate is not part of it.
+    /// Dissipated energy, J, without condensed modes.
     pub fn dissipated(&self) -> usize {
         self.work_in() + 1
     }

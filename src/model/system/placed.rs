@@ -75,11 +75,11 @@ pub(super) struct Watched {
 pub struct Residual {
     /// Flexibility in m/N; symmetric.
     pub flexibility: DMatrix<f64>,
-    /// Local flexibility of each point in m/N, whatever is left out: what a contact's stiffness may include.
+    /// Local flexibility of each point in m/N, including left-out modes: the part that a contact's stiffness may include.
     pub local: Vec<f64>,
 }
 
-/// Modes that the scenes at one place share, with what the first of them found: later ones find the same.
+/// Modes that scenes with one placement share, with results of the first scene for later ones.
 #[derive(Debug)]
 pub struct PlacedModes {
     interface: InterfaceModes,

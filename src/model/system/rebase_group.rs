@@ -23,9 +23,9 @@ pub(super) const WIDTH: usize = 16;
 /// Angle in rad by which modes of a slower group may turn between two of its own rebases: less than what the fastest modes may, as
 /// slower ones move more. Their impulse responses err by 3e-9 there, close to critical damping by 3e-8.
 const TURN_RAD: f64 = 3.0;
-/// How many horizons slower groups may last.
+/// Numbers of horizons that slower groups may last.
 const FACTORS: [f64; 3] = [2.0, 4.0, 8.0];
-/// Points up to which modes are grouped: what a group's bases in between cost grows as the square of their number.
+/// Largest number of points for groups: the cost of a group's intermediate bases grows with its square.
 const MOST_POINTS: usize = 8;
 
 /// `tau^k / k!` from 0 on.
@@ -67,7 +67,7 @@ pub(super) fn splat<R: Number, const N: usize>(value: f64) -> [R; N] {
 pub(super) struct Group {
     /// The modes, by falling rate.
     pub modes: Range<usize>,
-    /// How many horizons they last.
+    /// Number of horizons that they last.
     pub factor: f64,
 }
 

@@ -7,8 +7,8 @@ use super::elastic::CastingStructureEntry;
 use crate::parameter::parameters;
 
 parameters! {
-    /// Spring and damper between a point of a casting and a node of the structure; one-sided, a pad on which the casting lies; with a
-    /// force, a clamp.
+    /// Spring and damper between a point of a casting and a node of the structure. A one-sided fixture is a pad; a fixture with a force is
+    /// a clamp.
     #[derive(Serialize)]
     pub struct Fixture from FixtureEntry {
         own {
@@ -18,7 +18,7 @@ parameters! {
             pub point: String,
         }
         typed {
-            /// Interface point that carries it.
+            /// Interface point to which it is fixed.
             pub point: String,
         }
         /// Point where the fixture holds the casting, x and y from the casting's centre of mass.
@@ -27,18 +27,18 @@ parameters! {
         pub stiffness_n_per_m: f64 = 3e7, "N/m", [> 0] usual [1e5, 1e11], "the paper's rig";
         /// Damping `c_T`.
         pub damping_n_s_per_m: f64 = 4000.0, "N s/m", [>= 0] usual [0, 1e6], "the paper's rig";
-        /// Whether it only pushes, as a pad does: `F = max(0, F_0 + k_T d + c_T d')`, d the approach since rest, `F_0` its share of the
+        /// Whether it only pushes, like a pad: `F = max(0, F_0 + k_T d + c_T d')`, d the approach since rest, `F_0` its share of the
         /// casting's weight and of the clamps. The casting lifts off where F reaches 0.
         pub one_sided: bool = false, "", [choice], "false";
-        /// Force of a clamp, which presses the casting onto its one-sided fixtures. `stiffness_n_per_m` and `damping_n_s_per_m` do not count.
+        /// Force of a clamp, which presses the casting onto its one-sided fixtures. Ignores `stiffness_n_per_m` and `damping_n_s_per_m`.
         pub clamp_force_n: f64 = 0.0, "N", [>= 0] usual [0, 1e5], "no clamp";
-        /// Stiffness of a clamp with a spring; 0: its force is constant, as a cylinder's is.
+        /// Stiffness of a clamp with a spring. 0: constant force, as of a cylinder.
         pub clamp_stiffness_n_per_m: f64 = 0.0, "N/m", [>= 0] usual [0, 1e9], "constant force";
     }
 }
 
 parameters! {
-    /// A point of a casting at which a core sits: its velocity is an output, and it costs no state.
+    /// A point of a casting at a core. Its velocity is an output, and it costs no state.
     #[derive(Serialize)]
     pub struct CorePoint from CorePointEntry {
         own {
@@ -69,11 +69,11 @@ parameters! {
             pub fixtures: Vec<Fixture>,
             /// Core points; their velocity is watched.
             pub cores: Vec<CorePoint>,
-            /// How it bends; `None` for a rigid casting.
+            /// Elasticity; `None` for a rigid casting.
             pub elastic: Option<Elastic>,
         }
         required {
-            /// Mass; of an elastic casting within 1 % of that of its matrices.
+            /// Mass. For an elastic casting it must be within 1 % of the mass of its matrices.
             pub mass_kg: f64, "kg", [> 0] usual [0.05, 1000], "no default";
         }
         /// Centre of mass in the machine's plane, x and y.

@@ -22,9 +22,9 @@ pub enum AnalysisError {
     TooFew {
         /// Units, in the plural.
         unit: &'static str,
-        /// How many there are.
+        /// Number found.
         found: usize,
-        /// How many are needed.
+        /// Smallest permitted number.
         least: usize,
     },
     /// The table does not consist of whole blocks or trajectories.
@@ -40,9 +40,9 @@ pub enum AnalysisError {
     /// More factors than there is time for.
     #[error("{found} factors are too many: at most {most}, as the time doubles with each")]
     Factors {
-        /// How many there are.
+        /// Number found.
         found: usize,
-        /// How many there may be.
+        /// Largest permitted number.
         most: usize,
     },
     /// From one row of a trajectory to the next, another number of factors than one changes.

@@ -10,7 +10,7 @@ pub struct Trajectories<'a> {
     pub factors: &'a [Vec<f64>],
     /// Levels of the grid: a factor moves by `levels / 2` of the `levels - 1` steps of its range.
     pub levels: u64,
-    /// How far each factor moves; [`Reach::Grid`] of those that are not there.
+    /// Reach of each factor's moves; [`Reach::Grid`] for missing ones.
     pub reaches: &'a [Reach],
 }
 
@@ -25,9 +25,9 @@ pub enum Reach {
     Names,
 }
 
-/// Effects of a factor on one output, per range of the factor: changes of the output over the share of the range by which the
-/// factor moved: `(levels / 2) / (levels - 1)`, of whole numbers and lists the difference of the values over that of their ends, of
-/// names 1. In units of the output.
+/// Effects of a factor on one output, per range of the factor: changes of the output over the share of the range by which the factor moved.
+/// This share is `(levels / 2) / (levels - 1)`; for whole numbers and lists the difference of the values over the difference of their ends;
+/// for names 1. In units of the output.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Effects {
     /// Mean effect, mu.
@@ -48,8 +48,7 @@ struct Move {
     by: f64,
 }
 
-/// Effects of every factor on an output whose values are those of the rows of `trajectories`; `None` for a factor that never
-/// moves.
+/// Effects of every factor on an output, given for the rows of `trajectories`; `None` for a factor that never moves.
 ///
 /// # Errors
 /// [`AnalysisError::Length`] for part of a trajectory, [`AnalysisError::TooFew`] for fewer than two,

@@ -71,8 +71,8 @@ pub(super) fn chained(parts: impl Iterator<Item = (usize, Vec<GroupSpan>)>) -> V
     found
 }
 
-/// The groups of designs with each other, the last one changing fastest: rows share a group where the rows of one of the parts do,
-/// whatever those of the others are.
+/// Groups of designs that are crossed, the last one changing fastest: rows share a group if the rows of one of the parts do, whatever the
+/// other parts.
 pub(super) fn crossed(parts: &[(usize, Vec<GroupSpan>)]) -> Vec<GroupSpan> {
     let total: u64 = parts.iter().map(|(rows, _)| *rows as u64).product();
     let (mut period, mut groups, mut found) = (total, 0, Vec::new());

@@ -146,7 +146,7 @@ impl Design {
         self.selection.as_ref().map_or(self.points.rows(), Selection::rows)
     }
 
-    /// How the rows are chosen.
+    /// Kind of the design.
     pub fn kind(&self) -> &Kind {
         &self.kind
     }
@@ -161,12 +161,12 @@ impl Design {
         self.seed
     }
 
-    /// How many points passed the constraints; `None` where none were left out (no constraints, or a Latin hypercube).
+    /// Number of points that passed the constraints; `None` if none were left out (no constraints, or a Latin hypercube).
     pub fn acceptance(&self) -> Option<Acceptance> {
         self.selection.as_ref().map(Selection::acceptance)
     }
 
-    /// Which rows belong together: those of a trajectory, of a base point, of a part that the design grew by.
+    /// Groups of dependent rows: of a trajectory, a base point, or a part by which the design grew.
     pub fn groups(&self) -> Vec<GroupSpan> {
         let spans = self.points.groups();
         self.selection.as_ref().map_or(spans.clone(), |selection| selection.groups(&spans))

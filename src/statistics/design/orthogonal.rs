@@ -1,4 +1,4 @@
-//! Finite fields and what is built on them: orthogonal arrays of strength two, Hadamard matrices.
+//! Finite fields and designs from them: orthogonal arrays of strength two, Hadamard matrices.
 
 /// Irreducible monic polynomials of the small prime powers: (order, prime, coefficients below the leading
 /// one, constant first).

@@ -46,7 +46,7 @@ impl Ranks {
         Self { frozen, columns, orders, products, norm, asked: correlation.asked().to_vec() }
     }
 
-    /// How far a correlation is from the one asked for, with `more` added to its sum of products.
+    /// Deviation of a correlation from the wanted one, with `more` added to its sum of products.
     fn error(&self, a: usize, b: usize, more: f64) -> f64 {
         (self.products[a][b] + more) / self.norm - self.asked[a][b]
     }

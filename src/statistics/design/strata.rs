@@ -20,7 +20,7 @@ pub enum Placement {
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum HypercubeKind {
-    /// At random among all.
+    /// Random, without optimisation.
     #[default]
     #[serde(rename = "none")]
     Random,

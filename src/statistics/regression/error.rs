@@ -32,9 +32,9 @@ pub enum RegressionError {
     Size {
         /// Name of the counted items.
         what: &'static str,
-        /// How many there are.
+        /// Number found.
         found: usize,
-        /// How many there should be.
+        /// Expected number.
         expected: usize,
     },
     /// A parameter of a model that is out of its range.

@@ -77,7 +77,7 @@ pub struct Prediction {
     pub std_dev: f64,
 }
 
-/// A kernel with its lengths and noise, what follows from places with them, and errors of places left out.
+/// A kernel with its lengths and noise, quantities that follow for the places, and errors of left-out places.
 struct Fit {
     kernel: Kernel,
     of: Hyperparameters,
@@ -179,7 +179,7 @@ impl GaussianProcess {
         for (place, mean) in found?.into_iter().flatten() {
             errors[place] = values[place] - mean;
         }
-        // Standard deviations are those of this model, which intervals are made of: a fit to few places may have hardly any.
+        // Use the standard deviations of this model for intervals: a fit to few places may have hardly any.
         Ok(Some(Residuals::new((values, &self.groups), errors, self.residuals.std_devs().to_vec())))
     }
 
@@ -281,7 +281,7 @@ impl GaussianProcess {
         self.solved.variance
     }
 
-    /// Standard deviation of the noise of a single run, that of its place included.
+    /// Standard deviation of the noise of a single run, including its place's.
     pub fn noise_std_dev(&self) -> f64 {
         ((self.hyperparameters.noise + self.hyperparameters.spread) * self.solved.variance).sqrt()
     }
@@ -351,7 +351,7 @@ impl GaussianProcess {
         Explained { near, explained }
     }
 
-    /// Covariances of the expected values at places: what is not known of them, noise left out.
+    /// Covariances of the expected values at places, without noise.
     ///
     /// # Errors
     /// As [`Self::predict`].
@@ -444,7 +444,7 @@ fn constant(values: &[f64]) -> Option<f64> {
     (high - low <= rounding).then_some(high)
 }
 
-/// Some of so many places, chosen in an order that does not depend on what they are.
+/// Chooses `count` of `all` places, in an order that does not depend on their values.
 fn chosen(all: usize, count: usize) -> Vec<usize> {
     let mut order: Vec<usize> = (0..all).collect();
     order.sort_by_key(|place| hash(CHOICE, 0, *place as u64));

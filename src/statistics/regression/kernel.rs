@@ -5,8 +5,8 @@
 
 use decore_math::number::exp;
 
-/// How the correlation of two rows falls with their distance `s`, `s^2 = sum_k w_k d_k^2`, `d_k` their difference in factor `k`
-/// (of names: 1 where they differ), `w_k` the factor's inverse squared length.
+/// Correlation of two rows over their distance `s`, `s^2 = sum_k w_k d_k^2`, `d_k` their difference in factor `k` (for names 1 if they
+/// differ), `w_k` the factor's inverse squared length.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Kernel {
     /// `exp(-s^2 / 2)`: outputs that are as smooth as can be.

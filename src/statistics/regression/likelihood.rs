@@ -44,9 +44,9 @@ impl Prior {
 pub struct Hyperparameters {
     /// Inverse squared length of each factor, in its scaled range.
     pub weights: Vec<f64>,
-    /// Variance of the noise of a place over that of the process.
+    /// Variance of a place's noise over the variance of the process.
     pub noise: f64,
-    /// Variance of the noise of a run over that of the process; 0 where no runs at one place show it.
+    /// Variance of a run's noise over the variance of the process; 0 if no runs at one place show it.
     pub spread: f64,
 }
 
@@ -117,7 +117,7 @@ impl Pairs {
     }
 }
 
-/// The correlations' diagonal: the noise of each place, and that of its runs.
+/// Diagonal of the correlations: the noise of each place and of its runs.
 fn diagonal(of: &Hyperparameters, runs: &[f64]) -> Vec<f64> {
     runs.iter().map(|runs| 1.0 + of.noise + of.spread / runs).collect()
 }
@@ -131,7 +131,7 @@ pub(super) struct Solved {
     pub alpha: Vec<f64>,
     /// The mean `b' y / (1' b)`.
     pub mean: f64,
-    /// The variance: `y' Q y`, and what runs at one place differ by, over the degrees of freedom of both.
+    /// Variance: `y' Q y` and the differences of runs at one place, over the degrees of freedom of both.
     pub variance: f64,
     /// Logarithm of the restricted likelihood, without its constant.
     pub log_likelihood: f64,

@@ -7,8 +7,8 @@
 //! - [`offset`]: delay of a measurement, by cross-correlation
 //! - [`relative_difference`], [`rms`], [`peak`], [`dominant_frequency_hz`]: compared figures
 //!
-//! Filter and density are those of `scipy.signal`: the crates that port them end the program on bad input (sci-rs 0.4) or filter
-//! by the quotient of two polynomials (butterworth 0.1), which loses digits at low cut-off frequencies.
+//! Filter and density agree with `scipy.signal`. Crates that port them panic on bad input (sci-rs 0.4), or filter with the quotient of two
+//! polynomials (butterworth 0.1), which loses digits at low cut-off frequencies.
 
 mod butterworth;
 mod compare;

@@ -4,7 +4,7 @@ use std::fmt;
 use std::ops::Range;
 use std::path::PathBuf;
 
-/// Most faults of a file that are told of.
+/// Largest number of reported errors of a file.
 pub(super) const MOST_FAULTS: usize = 20;
 /// Most characters of a line that are shown, about the fault, and of a key.
 const SHOWN: usize = 160;

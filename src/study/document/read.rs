@@ -9,7 +9,7 @@ use toml::Value;
 /// Reads a tree of values; the error is the key's path and the message.
 pub(crate) fn read_tree<T: serde::de::DeserializeOwned>(value: Value) -> Result<T, (String, String)> {
     T::deserialize(Tree(value)).map_err(|refused| {
-        // What holds for the whole has no key.
+        // A fault of the whole has no key.
         let path = if refused.path.is_empty() { ".".to_owned() } else { refused.path };
         (path, refused.message)
     })
@@ -54,8 +54,8 @@ impl serde::de::Error for Refused {
 
 /// A tree of values, which a type reads itself from.
 ///
-/// A [`Value`] would do, but reads a table three times over, for it may also be an array of what the keys hold, or a date with its
-/// parts: code for all of them is made of each of a study's tables. Here a struct is a table and a date its text.
+/// A [`Value`] would work too, but its code for each of a study's tables would be three times as large, because it may also be an array or
+/// a date with its parts. Here a struct is a table and a date its text.
 struct Tree(Value);
 
 impl Tree {

@@ -33,7 +33,7 @@ use decore_dataset::{DatasetError, SweepState, settle};
 pub enum Verdict {
     /// There are enough rows.
     Enough,
-    /// More are to be run: which ones, the next [`Course::run_missing`] finds written.
+    /// More rows are needed; the next [`Course::run_missing`] reads which.
     More,
 }
 
@@ -69,7 +69,7 @@ pub trait Course {
 /// # Errors
 /// Any error of the course, or [`DatasetError::InUse`].
 pub fn pursue<C: Course>(folder: &Path, course: &mut C) -> Result<SweepState, C::Error> {
-    // What the command reads first is the old dataset or the grown one, not something in between.
+    // The command first reads the old dataset or the grown one, never a mixture.
     settle(folder)?;
     loop {
         for run in [C::run_missing, C::run_failed] {
@@ -88,7 +88,7 @@ pub fn pursue<C: Course>(folder: &Path, course: &mut C) -> Result<SweepState, C:
 mod tests {
     use super::*;
 
-    /// Three looks, each of which asks for a row; a stop at a given call. What is decided and run outlives the course.
+    /// Three looks, each of which asks for a row; a stop at a given call. Decisions and rows outlive the course.
     struct Counted<'a> {
         disk: &'a mut Vec<&'static str>,
         calls_left: usize,

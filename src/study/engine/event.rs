@@ -5,7 +5,7 @@ use std::path::Path;
 use decore_dataset::{DatasetError, Growth};
 use decore_model::run::RowStatus;
 
-/// Told of everything that happens in a sweep; rows end on several threads.
+/// Listener of all events of a sweep; rows end on several threads.
 pub type Listener<'a> = dyn Fn(SweepEvent<'_>) + Sync + 'a;
 
 /// Something that happens in a sweep. The library prints none of it.
@@ -36,17 +36,17 @@ pub enum SweepEvent<'a> {
     },
     /// So many of the rows that are left have the same factors as another one of these: they get its outcome.
     Repeats {
-        /// How many.
+        /// Number of rows.
         rows: u64,
     },
-    /// A row ended; told on the thread that ran it, which waits for the listener.
+    /// A row ended; called on the thread that ran it, which waits for the listener.
     RowEnded(RowStatus),
-    /// Time passed: told four times a second while rows run, on the thread that began the sweep.
+    /// Time passed: called four times a second while rows run, on the thread that began the sweep.
     Tick,
     /// No more rows are run.
     Ends,
     /// The summary could not be written to this file.
     SummaryNotWritten(&'a Path),
-    /// Rows or tables could not be written: what is done is kept, the same sweep goes on.
+    /// Rows or tables could not be written. Stored rows are kept; the same sweep continues.
     Failed,
 }

@@ -85,7 +85,7 @@ fn design_quality(study: &CheckedStudy) -> serde_json::Value {
     summary.into()
 }
 
-/// A number of nine significant digits: more say nothing here, and these survive being read and written again.
+/// A number with nine significant digits: more carry no information, and these survive writing and reading.
 fn nine_digits(value: f64) -> serde_json::Value {
     format!("{value:.8e}").parse::<f64>().map_or(serde_json::Value::Null, Into::into)
 }

@@ -38,7 +38,7 @@ pub struct Machine {
     housings: Housings,
     /// The reduction from which numerical twins take all modes.
     whole: AllModes,
-    /// The modes that rows run on: all of them, or what the study's tolerance selects.
+    /// Modes for rows: all of them, or the selection for the study's tolerance.
     cache: Mutex<HashMap<PlacementKey, Arc<PlacedModes>>>,
     /// The elastic castings of the study, by their indices.
     castings: ElasticCastings,
@@ -83,7 +83,7 @@ struct CastingPoints {
     watched: Vec<(PointId, BodyPoint)>,
 }
 
-/// A structure before its reduction: what a study is checked against.
+/// A structure before its reduction, for the checks of a study.
 #[derive(Debug)]
 pub enum SourceModel {
     /// A finite element model.
@@ -286,7 +286,8 @@ impl Machine {
         self.selection.map(select).transpose()
     }
 
-    /// Selects the modes that matter to a scene's mounts (first), fixtures and watched points: what was selected, and the modes to run on.
+    /// Selects the modes that matter to a scene's mounts (first), fixtures and watched points. Returns the selection, and the modes to run
+    /// on.
     ///
     /// # Errors
     /// As for [`Machine::modes`]; settings out of range.
@@ -345,7 +346,7 @@ impl Placement {
         }
     }
 
-    /// The kept modes, then what stands for the others.
+    /// Kept modes, then residual modes.
     fn selected(&self, modes: &ModesAt, selection: &ModeSelection) -> InterfaceModes {
         let residual = &selection.residual;
         let with_residual = |of: &[f64], residual: &[f64]| -> Vec<f64> {

@@ -12,7 +12,7 @@ use decore_model::structure::peak_memory_bytes;
 
 /// Time between two writings of the status file.
 const INTERVAL: Duration = Duration::from_secs(2);
-/// Rows that are not done of which the status tells.
+/// Largest number of failed rows in the status.
 const LAST_ERRORS: usize = 10;
 
 /// State at the start of a sweep.
@@ -20,7 +20,7 @@ pub(super) struct Beginning<'a> {
     pub place: DatasetDir,
     /// Rows that the dataset is to hold.
     pub rows: u64,
-    /// Rows that are there already, and those of them that are not done.
+    /// Existing rows, and those that are not done.
     pub recovered: (u64, u64),
     pub threads: u64,
     pub listener: &'a Listener<'a>,
@@ -55,7 +55,7 @@ impl<'a> Monitor<'a> {
         monitor
     }
 
-    /// Notes how a row ended and tells of it; returns the number of rows that are not done, those of earlier runs included.
+    /// Records the outcome of a row and reports it; returns the number of rows that are not done, including earlier runs.
     pub fn note(&self, row: u64, outcome: &RowOutcome) -> u64 {
         (self.beginning.listener)(SweepEvent::RowEnded(outcome.status));
         let mut tally = self.tally.lock().unwrap_or_else(PoisonError::into_inner);
@@ -119,7 +119,7 @@ impl<'a> Monitor<'a> {
         }
     }
 
-    /// Tells that time passed, and keeps the status file up to date.
+    /// Reports elapsed time, and updates the status file.
     pub fn tick(&self) {
         (self.beginning.listener)(SweepEvent::Tick);
         let elapsed = self.started.elapsed();

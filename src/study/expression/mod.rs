@@ -35,7 +35,7 @@ impl fmt::Display for Outcome {
 
 /// Source of the values of names.
 pub trait Scope {
-    /// Value of a name; the error says why there is none.
+    /// Value of a name; the error contains the reason if there is none.
     fn value(&self, name: &str) -> Result<Outcome, String>;
     /// Value of a function that is not built in; its arguments are names or texts.
     fn call(&self, function: &str, arguments: &[&str]) -> Result<f64, String>;
@@ -593,7 +593,7 @@ mod tests {
         }
         assert!(Expression::parse(&"(".repeat(100_000)).is_err());
         assert!(Expression::parse(&"-".repeat(100_000)).is_err());
-        // As long as somebody likes: what is not nested is not walked level by level.
+        // Any length: text without nesting is not walked level by level.
         let long = "a".to_owned() + &" + a".repeat(99_999);
         assert_eq!(value(&long), Ok(Outcome::Number(200_000.0)));
         assert_eq!(value(&("a > 1".to_owned() + &" and a > 1".repeat(50_000))), Ok(Outcome::Truth(true)));

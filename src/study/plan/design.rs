@@ -147,7 +147,7 @@ impl DesignPlan {
         self.factors.iter().find(|factor| factor.drives.iter().any(|driven| accepts(&driven.path)))
     }
 
-    /// The paths that factors drive, with what they have for these values of the factors.
+    /// Paths that factors drive, with their values for these values of the factors.
     pub fn driven(&self, values: &[Value]) -> Vec<(&[String], toml::Value)> {
         let mut all = Vec::new();
         for (factor, value) in self.factors.iter().zip(values) {
@@ -158,7 +158,7 @@ impl DesignPlan {
 
     /// Values of all factors, in the study's order, for the levels of the drawn ones.
     ///
-    /// A derived factor whose expression has no value is not a number; the error says why.
+    /// If the expression of a derived factor has no value, the factor is NaN, and the error contains the reason.
     pub fn values(&self, levels: &[Level]) -> (Vec<Value>, Option<String>) {
         let mut values = Vec::with_capacity(self.factors.len());
         let mut fault = None;

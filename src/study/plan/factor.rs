@@ -7,7 +7,7 @@ use decore_model::parameter::short;
 use decore_quantity::{Kind, Value};
 use decore_statistics::design::{Distribution, Level};
 
-/// One factor of a study: what it is and what it drives.
+/// One factor of a study: domain and targets.
 #[derive(Debug, Clone, PartialEq)]
 pub struct FactorInfo {
     /// Name as in the study.
@@ -18,7 +18,7 @@ pub struct FactorInfo {
     pub unit: Option<String>,
     /// The values that it chooses from; empty for a range.
     pub values: Vec<Value>,
-    /// Who chooses its value.
+    /// Role of the factor.
     pub role: FactorRole,
     /// Source of the value.
     pub(crate) source: FactorSource,
@@ -52,7 +52,7 @@ pub(crate) struct Driven {
     pub link: Link,
 }
 
-/// How a parameter follows its factor.
+/// Relation of a parameter to its factor.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct Link {
     pub factor: f64,
@@ -124,7 +124,7 @@ impl FactorInfo {
         }
     }
 
-    /// The levels at the ends of its range, or all its categories: what has to be sound for every row to be.
+    /// Levels at the ends of its range, or all its categories: if these are valid, every row is.
     pub(crate) fn extremes(&self) -> Vec<Level> {
         match self.distribution() {
             None => Vec::new(),
@@ -186,7 +186,7 @@ impl Scope for Factors<'_> {
     }
 }
 
-/// Type of the values of what a factor varies over.
+/// Type of the values of a factor's domain.
 pub(crate) fn kind_of(distribution: &Distribution, values: &[Value]) -> Kind {
     match distribution {
         Distribution::Integer { .. } | Distribution::LogInteger { .. } => Kind::Integer,

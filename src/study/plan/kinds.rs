@@ -140,7 +140,7 @@ impl<'a> KindReader<'a> {
     }
 }
 
-/// A factor as typed, with what it varies over from a table's file where the study says nothing of it.
+/// A factor as typed. If the study gives no domain, it comes from the table's file.
 pub(super) fn spanned(
     design: &DesignEntry,
     (name, factor): (&str, &FactorEntry),

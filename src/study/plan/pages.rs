@@ -71,7 +71,7 @@ pub(super) fn check(bytes: &[u8], column: &ColumnChunkMetaData) -> Result<(), St
     Ok(())
 }
 
-/// Whether gzip bytes unpack to more than `most`; the other packings tell their decoders where to stop.
+/// Whether gzip bytes unpack to more than `most`; other packings give their decoders a limit.
 fn unpacks_beyond(packed: &[u8], most: u64) -> bool {
     let mut left = MultiGzDecoder::new(packed).take(most + 1);
     io::copy(&mut left, &mut io::sink()).is_ok_and(|unpacked| unpacked > most)
@@ -135,7 +135,7 @@ fn skip(rest: &mut &[u8], what: u8, depth: usize) -> Option<()> {
             let count = if byte >> 4 == 0x0f { unsigned(rest)? } else { u64::from(byte >> 4) };
             for _ in 0..count {
                 match byte & 0x0f {
-                    // Within a list they take a byte; as fields the type says it all.
+                    // In a list they take a byte; for fields the type contains the value.
                     kind::TRUE | kind::FALSE => drop(take(rest, 1)?),
                     inner => skip(rest, inner, depth.checked_sub(1)?)?,
                 }

@@ -10,8 +10,9 @@ const AGREEMENT_M: f64 = 1e-3;
 /// Remedy for a fault.
 const REMEDY: &str = "correct one of them, or set `geometry = \"as_given\"`";
 
-/// Faults of a row's geometry: strike points beside their mounts, fixtures beside their interface points, two hammers in one
-/// place, or nearer than their bores are wide: what is outside of these is not known. They are faults of the row: another row may place a hammer elsewhere.
+/// Errors of a row's geometry: strike points that are not under their mounts, fixtures that are not at their interface points, two hammers
+/// in one place or nearer than the width of their bores (their outside is unknown). They are errors of the row: another row may place a
+/// hammer elsewhere.
 pub(crate) fn check(hammers: &[HammerUnit], castings: &[Casting], points: &PointTable) -> Vec<Issue> {
     let mut issues = Vec::new();
     let mut fault = |path: String, message: String| {

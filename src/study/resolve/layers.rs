@@ -16,7 +16,7 @@ pub(crate) struct Conflict {
     pub message: String,
 }
 
-/// Lays `over` on `base`: tables are merged, everything else is replaced, alternatives to what is given anew go.
+/// Lays `over` over `base`: tables are merged, everything else is replaced, and alternatives to new values are removed.
 ///
 /// # Errors
 /// [`Conflict`] if one table of `over` holds two alternatives.

@@ -15,9 +15,9 @@ use decore_model::scene::Scene;
 /// All that the scenes of a study's rows share.
 #[derive(Debug, Clone)]
 pub(crate) struct SceneReader {
-    /// The study's values without what does not concern rows.
+    /// Values of the study that concern rows.
     pub template: toml::Table,
-    /// Overrides of these values: they go over those of factors.
+    /// Overrides of these values; they replace values of factors.
     pub overrides: Vec<Override>,
     /// Rails of the machine.
     pub rails: Vec<Rail>,

@@ -14,7 +14,7 @@ const TRUSTED_TRIES: usize = 4;
 const SEPARATE: f64 = 1e-9;
 /// A count within this of a pole, relative, is not to be relied on.
 const OFF_POLE: f64 = 1e-13;
-/// How far below the last of a window its count is made, relative, where no pole is nearer.
+/// Relative distance of the count below the last value of a window, if no pole is nearer.
 const BELOW_LAST: f64 = 1e-6;
 
 /// Eigenvalues above `least`, falling, with unit vectors by column; `None` where it does not come to an end.
@@ -49,7 +49,7 @@ impl<'a> March<'a> {
         Some(Self { poles, columns, sums, ones, scratch, values: Vec::new(), cut: top * 1.01 })
     }
 
-    /// How many eigenvalues lie above `least`, moved off a pole.
+    /// Number of eigenvalues above `least`, moved off a pole.
     fn wanted(&mut self, least: f64) -> Option<usize> {
         let mut at = least;
         while self.is_pole(at) {

@@ -22,7 +22,7 @@ const AT_REST: f64 = 1e-12;
 
 /// The pencil of `T` around `centre`, solved: `T_lin(nu) = B' diag(eta + centre - nu) B` in coordinates in which `-T_lin'` is 1.
 pub(super) struct Window {
-    /// Which poles are kept.
+    /// Range of the kept poles.
     pub poles: Range<usize>,
     /// Between these lies no pole but those kept.
     free: (f64, f64),
@@ -128,7 +128,7 @@ impl Window {
         })
     }
 
-    /// How many eigenvalues of the whole problem lie above the centre.
+    /// Number of eigenvalues of the whole problem above the centre.
     pub fn above(&self) -> usize {
         self.poles.start + self.eta.iter().take_while(|eta| **eta > 0.0).count()
     }
@@ -254,7 +254,7 @@ fn solve(
     for (i, value) in values.iter().enumerate() {
         matrix[(i, i)] = value - centre;
     }
-    // The lower triangle is what is read.
+    // Only the lower triangle is read.
     matrix.view_mut((size, 0), (r, size)).copy_from(&coupling);
     matrix.view_mut((size, size), (r, r)).copy_from(&-h);
     Some((symmetric_eigen(&matrix).ok()?, l))

@@ -17,9 +17,9 @@ pub(super) struct LabelledMatrix {
     entries: Triplets,
     /// Columns that the file begins, as places in `labels`; none where its format has only entries.
     columns: Vec<u32>,
-    /// Which entries the file says that it holds; none: as its entries show.
+    /// Stored entries according to the file; none: as the entries show.
     pub storage: Option<Storage>,
-    /// Number of columns that the file states, those of zeros included.
+    /// Number of columns according to the file, including zero ones.
     pub stated_columns: Option<usize>,
     /// Statements of the file about its nodes.
     pub nodes: Nodes,

@@ -8,7 +8,7 @@ use super::superelement;
 use crate::structure::error::StructureError;
 use crate::structure::label::DofLabel;
 
-/// How a file lists nodes.
+/// Form of a list of nodes.
 #[derive(Clone, Copy, PartialEq)]
 enum Form {
     /// Blocks that begin with `*NODE`.

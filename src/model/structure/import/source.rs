@@ -7,7 +7,7 @@ use serde::{Deserialize, Serialize};
 
 use super::formats::MatrixFormat;
 
-/// Units of length, mass and time of matrices and of coordinates beside them.
+/// Units of length, mass and time of matrices and their coordinates.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum Units {

@@ -16,8 +16,8 @@ use crate::structure::error::StructureError;
 use crate::structure::label::repeated;
 use crate::structure::model::FeModel;
 
-/// Writes the matrices of a model, in SI units, with the list of rows and the table of points, into a folder; returns what to
-/// read it back from.
+/// Writes the matrices of a model, in SI units, with the list of rows and the table of points, into a folder. Returns the settings to read
+/// it.
 ///
 /// # Errors
 /// A format that needs labels of rows for a model without them or with some twice, node numbers that Nastran does not have, files that cannot be

@@ -45,7 +45,7 @@ pub struct MeasuredCurve {
     pub largest_relative_difference: f64,
 }
 
-/// A resonance in the measured responses beside one of the machine's.
+/// A resonance in the measured responses with the machine's nearest one.
 #[derive(Debug, Clone, PartialEq, Serialize, JsonSchema)]
 pub struct MeasuredMode {
     /// Number of the machine's mode, counted from 1; none for a resonance that the machine does not have.
@@ -82,7 +82,7 @@ impl MeasuredReport {
     }
 }
 
-/// Compares measured mobilities with those of the machine without hammers.
+/// Compares measured mobilities with the machine's, without hammers.
 ///
 /// # Errors
 /// A place that is no interface point, a direction that the reduction did not keep, no convergence.
@@ -245,7 +245,7 @@ fn resonances_of(set: &[&MeasuredFrf]) -> Vec<Resonance> {
     peaks(&power).into_iter().map(resonance).collect()
 }
 
-/// Resonances of both in rising order, those of one mode together.
+/// Resonances of both in rising order, in pairs.
 fn resonances(measured: &[MeasuredFrf], machine: &[MeasuredFrf], modes: &ModesAt) -> Vec<MeasuredMode> {
     let (measured, machine) = (found(measured), found(machine));
     let pairs = pairs(&machine, &measured);
@@ -310,7 +310,7 @@ fn proposals(modes: &ModesAt, compared: &[MeasuredMode], cutoff_hz: f64) -> Vec<
     let below = modes.omega_rad_s.iter().take_while(|omega| **omega < TAU * cutoff_hz).count();
     let mut out = modes.damping_ratio[..below].to_vec();
     for one in compared {
-        // What neighbours do to a fit they do to both.
+        // Neighbouring resonances influence both fits alike.
         if let (Some(mode), Some(own), Some(seen)) = (one.mode, one.machine_damping_ratio, one.measured_damping_ratio)
             && let Some(slot) = out.get_mut(mode - 1)
         {

@@ -107,7 +107,7 @@ fn units(cursor: &mut Cursor) -> Result<Scale, StructureError> {
     Ok(Scale { metres: factors[0].recip(), newtons: factors[1].recip() })
 }
 
-/// How the values of a data set 58 are stored.
+/// Storage of the values of a data set 58.
 struct Layout {
     complex: bool,
     double: bool,

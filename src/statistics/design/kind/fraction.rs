@@ -16,9 +16,9 @@ const MAX_COUNTED: usize = 20;
 /// Fractions of least aberration (Fries and Hunter, Technometrics 22, 1980): of their size they have the fewest words of the
 /// shortest length, of these the fewest of the next, and so on.
 ///
-/// Factors, basic factors, and what the other factors are products of, one bit per basic factor. Found by a search of our own for
-/// the numbers of words in the tables of Chen, Sun and Wu (Int. Stat. Rev. 61, 1993) and Groemping (J. Stat. Softw. 56, 2014).
-/// Sizes that no resolution asks for are left out.
+/// Factors, basic factors, and the products that give the other factors, one bit per basic factor. Found by our own search for the numbers
+/// of words in the tables of Chen, Sun and Wu (Int. Stat. Rev. 61, 1993) and Groemping (J. Stat. Softw. 56, 2014). Sizes that no resolution
+/// needs are left out.
 const LEAST_ABERRATION: [(usize, u32, &[u64]); 50] = [
     (3, 2, &[0x3]),
     (4, 3, &[0x7]),
@@ -176,7 +176,7 @@ pub struct Aliases {
     /// Number of products of factors that are 1 in every row, by their number of factors (the word length pattern, from length 0);
     /// `None` where there are too many to count.
     pub word_lengths: Option<Vec<usize>>,
-    /// Effects of one or two factors that cannot be told apart, the main effects first; those that can are left out.
+    /// Confounded effects of one or two factors, main effects first; clear effects are left out.
     pub chains: Vec<Vec<Vec<usize>>>,
 }
 
@@ -214,7 +214,7 @@ fn shortest(word_lengths: &[usize]) -> Option<usize> {
     (1..word_lengths.len()).find(|length| word_lengths[*length] > 0)
 }
 
-/// How many products of the generators' words have which length, the factors that they generate counted.
+/// Counts the products of the generators' words by length, including the factors that they generate.
 fn word_lengths(generators: &[u64], factors: usize) -> Option<Vec<usize>> {
     if generators.len() > MAX_COUNTED {
         return None;

@@ -62,7 +62,7 @@ pub(in crate::design) trait Points: fmt::Debug + Send + Sync {
         1
     }
 
-    /// Which rows belong together; see [`GroupSpan`].
+    /// Groups of dependent rows; see [`GroupSpan`].
     fn groups(&self) -> Vec<GroupSpan> {
         Vec::new()
     }

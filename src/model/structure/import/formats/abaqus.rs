@@ -117,7 +117,7 @@ impl Block {
     }
 }
 
-/// Entries as far as they are read; the number of words of the first line tells which form they have.
+/// Entries that are read so far; the number of words of the first line gives their form.
 #[derive(Default)]
 struct Entries {
     labelled: LabelledMatrix,

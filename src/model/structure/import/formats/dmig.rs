@@ -84,8 +84,7 @@ fn require_columns(lines: &Lines, name: &str, matrix: &LabelledMatrix) -> Result
     Ok(())
 }
 
-/// Which entries the form announces: a square matrix has all, a symmetric one a triangle, in some files both; and the number of
-/// columns, where the header has it.
+/// Reads the form (a square matrix has all entries, a symmetric one a triangle, in some files both) and, if given, the number of columns.
 fn read_header(lines: &Lines, card: &Card, matrix: &mut LabelledMatrix) -> Result<(), StructureError> {
     let field = |index: usize| card.field(index);
     if !matches!(field(2), "1" | "6") {

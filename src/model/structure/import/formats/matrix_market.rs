@@ -34,7 +34,7 @@ pub(in crate::structure::import) fn parse_matrix_market(
     parse(file, bytes, None)
 }
 
-/// Reads a symmetric matrix, plain or gzip (told by its first two bytes). `listed`: rows by the list of rows.
+/// Reads a symmetric matrix, plain or gzip (recognised by its first two bytes). `listed`: rows in the list of rows.
 ///
 /// Accepted: `matrix coordinate|array real|integer symmetric|general`, square. The result holds both triangles; zeros of an
 /// array are kept on the diagonal only.
@@ -57,7 +57,7 @@ fn parse(file: &str, bytes: &[u8], listed: Option<usize>) -> Result<CsMat<f64>, 
     }
 }
 
-/// How entries are listed.
+/// Layout of the entries.
 #[derive(Clone, Copy, PartialEq, Eq)]
 enum Layout {
     /// Row, column and value of each.
@@ -105,7 +105,7 @@ fn read_size(lines: &mut Lines, form: Layout) -> Result<(usize, usize), Structur
     Ok((rows, count))
 }
 
-/// All values of a general array, those of the lower triangle of a symmetric one, by columns.
+/// All values of a general array, or of the lower triangle of a symmetric one, by columns.
 fn read_values(lines: &mut Lines, order: usize, storage: Storage) -> Result<Triplets, StructureError> {
     let mut entries = Triplets::default();
     for column in 0..order {

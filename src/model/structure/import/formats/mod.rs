@@ -21,7 +21,7 @@ use super::lines::unpacked;
 
 pub(super) use matrix_market::parse_matrix_market;
 
-/// The formats with the files that hold their entries; names and documentation are those of the study's key `format`.
+/// Formats and their files. Names and documentation belong to the study's key `format`.
 macro_rules! matrix_formats {
     ($($(#[$documentation:meta])+ $format:ident: $file:ident,)+) => {
         /// Exchange format of matrices.
@@ -48,13 +48,12 @@ matrix_formats! {
     MatrixMarket: matrix_market,
     /// CalculiX `.sti` and `.mas` of `*FREQUENCY, SOLVER=MATRIXSTORAGE`, with the `.dof` file as `dof_file`.
     Calculix: calculix,
-    /// Nastran DMIG entries in a punch or bulk data file (`.pch`, `.bdf`), small, large and free field; its ten digits suit reduced
-    /// models only.
+    /// Nastran DMIG entries in a punch or bulk data file (`.pch`, `.bdf`), small, large and free field; its ten digits are enough only for
+    /// reduced models.
     Dmig: dmig,
-    /// Nastran OUTPUT4 (`.op4`), text or binary of either byte order and integer size, dense or sparse; all matrices but the named
-    /// ones are passed over.
+    /// Nastran OUTPUT4 (`.op4`), text or binary of either byte order and integer size, dense or sparse; reads only the named matrices.
     Op4: op4,
-    /// Harwell-Boeing text (`.matrix`, `.rsa`), as ANSYS writes it with `HBMAT`, its `.mapping` as `dof_file`.
+    /// Harwell-Boeing text (`.matrix`, `.rsa`) of ANSYS (`HBMAT`), with its `.mapping` as `dof_file`.
     HarwellBoeing: harwell_boeing,
     /// Abaqus text of `*MATRIX OUTPUT`, by node and direction or by row; superelements of Abaqus and CalculiX (`*USER ELEMENT`) of
     /// `*SUBSTRUCTURE MATRIX OUTPUT, OUTPUT FILE=USER DEFINED`.
@@ -73,13 +72,13 @@ impl MatrixFormat {
 }
 
 impl MatrixFormat {
-    /// The format that the first lines of a file show, where its name does not tell.
+    /// Finds the format from the first lines of a file, if its name does not show it.
     pub fn of_content(path: &Path) -> Option<Self> {
         const LOOKED_AT: u64 = 10_000;
         let mut bytes = Vec::new();
         File::open(path).ok()?.take(LOOKED_AT).read_to_end(&mut bytes).ok()?;
         let mut plain = Vec::new();
-        // A packed file ends within a block here: what came out before counts.
+        // A packed file ends within a block here: use the bytes before.
         let _ = unpacked(&bytes).take(LOOKED_AT).read_to_end(&mut plain);
         if plain.starts_with(b"PK\x03\x04") {
             return Some(Self::Npz);
@@ -96,7 +95,7 @@ impl MatrixFormat {
         begins(&["*MATRIX", "*USER ELEMENT"]).then_some(Self::Abaqus)
     }
 
-    /// How to get a readable file out of a program whose own files are none; `None` for an ending that is not known.
+    /// Advice for a readable file from a program whose own files cannot be read; `None` for an unknown ending.
     pub fn way_out(file: &str) -> Option<&'static str> {
         let name = file.to_ascii_lowercase();
         let ending = name.strip_suffix(".gz").unwrap_or(&name).rsplit_once('.')?.1;

@@ -25,7 +25,7 @@ use crate::structure::label::DofLabel;
 /// Most nodes of an element: its matrix is full.
 const MOST_NODES: usize = 100_000;
 
-/// Whether the first matrix of a file is that of a user element.
+/// Whether the first matrix of a file belongs to a user element.
 pub(super) fn comes_first(file: &str, bytes: &[u8]) -> Result<bool, StructureError> {
     let mut lines = Lines::new(file, bytes);
     let mut begun = false;

@@ -20,7 +20,7 @@ pub(super) struct Records<'a> {
 }
 
 impl<'a> Records<'a> {
-    /// Told by the mark of the first record: a header of 24 or 48 bytes.
+    /// Detects the form from the mark of the first record: a header of 24 or 48 bytes.
     pub fn detect(file: &'a str, bytes: &'a [u8]) -> Option<Self> {
         let mark: [u8; 4] = bytes.get(..4)?.try_into().ok()?;
         let (little, integer) = match (u32::from_le_bytes(mark), u32::from_be_bytes(mark)) {

@@ -49,7 +49,7 @@ impl Header {
         (row < self.rows).then_some(row as u32)
     }
 
-    /// Which entries the form announces: a square matrix has all, a symmetric one both triangles, in some files one.
+    /// Entries by the form: a square matrix has all, a symmetric one both triangles, in some files one.
     pub fn storage(&self) -> Option<Storage> {
         (self.form == 1).then_some(Storage::Both)
     }
@@ -78,7 +78,7 @@ impl Header {
 /// The matrices met so far, and the wanted one.
 pub(super) struct Contents<'a> {
     name: &'a str,
-    /// Which of several matrices of this name, from 1.
+    /// Number among several matrices of this name, from 1.
     number: Option<usize>,
     met: Vec<Header>,
     found: Option<(Header, Triplets)>,
