@@ -4,7 +4,7 @@ use super::definition::{Mask, Number};
 
 /// `ln 2` in two parts, the first with zeros at its end: its multiples by exponents are exact.
 const LN_2: [f64; 2] = [0.693_147_180_369_123_8, 1.908_214_929_270_587_7e-10];
-/// Beyond it `exp` counts as 0 or infinite.
+/// Largest magnitude of the argument of `exp`. Results beyond it would overflow or vanish for all purposes here.
 const LARGEST_EXPONENT: f64 = 700.0;
 /// Least number of which a logarithm is taken.
 const LEAST: f64 = f64::MIN_POSITIVE;
