@@ -10,7 +10,7 @@ use decore_model::system::InterfaceModes;
 /// Wall time in s of a run that is not repeated: noise hardly matters to it.
 const LONG_RUN_S: f64 = 5.0;
 
-/// Twins that show the scene's sensitivity, unless the scene asks for more.
+/// Number of twins for the scene's sensitivity, unless the scene has more.
 const LEAST_TWINS: usize = 2;
 
 /// Scene and settings of a comparison.

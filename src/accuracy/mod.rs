@@ -109,7 +109,7 @@ pub struct Measurement {
     pub counters: Counters,
     /// Outputs of the run as a whole; `None` unless it reached its end.
     pub totals: Option<RunTotals>,
-    /// Relative error of each output against the reference; NaN where neither has it, infinite where one lacks it.
+    /// Relative error of each output against the reference; NaN if neither has it, infinite if one lacks it.
     pub errors: Vec<f64>,
 }
 

@@ -47,7 +47,7 @@ impl StructColumns {
         }
     }
 
-    /// Appends its cells; `None` where the row has no such struct.
+    /// Appends its cells; `None` if the row has no such struct.
     fn put(self, source: &Source<'_>, bytes: &mut Vec<u8>) -> Option<()> {
         match self {
             Self::Counters => source.outcome().counters.put_cells(bytes),
@@ -64,7 +64,7 @@ impl StructColumns {
 /// Columns of a table that are written in one way.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub enum Segment {
-    /// All that a struct has.
+    /// All columns of a struct.
     Whole(StructColumns),
     /// Each by its getter.
     Each(Range<usize>),

@@ -61,7 +61,7 @@ pub struct Columns {
     pub blows: Vec<Column>,
     /// Of `timings`.
     pub timings: Vec<Column>,
-    /// Of `signals`; empty where the dataset has no such table.
+    /// Of `signals`; empty if the dataset has no such table.
     pub signals: Vec<Column>,
     /// Writing order of each table's columns, in the order of [`TableName::KNOWN`].
     segments: [Vec<Segment>; 4],

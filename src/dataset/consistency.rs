@@ -57,7 +57,7 @@ fn check_parts(manifest: &Manifest, table: TableName, parts: &[TablePart]) -> Re
     Ok(())
 }
 
-/// Compares the rows that are there with the parts of the runs.
+/// Compares the existing rows with the parts of the runs.
 fn check_rows(manifest: &Manifest) -> Result<(), Words> {
     let Manifest { done, range, runs, .. } = manifest;
     let is_ascending = done.is_sorted_by(|one, next| one.end <= next.first);

@@ -270,7 +270,7 @@ pub enum DatasetError {
         /// The file.
         path: PathBuf,
     },
-    /// A part of which no manifest has the checksum.
+    /// A part without a checksum in any manifest.
     #[error("{}: nothing is left that says whether it is whole: its rows are computed again", path.display())]
     Unvouched {
         /// The part.
@@ -284,17 +284,17 @@ pub enum DatasetError {
     UnknownColumn {
         /// The table.
         table: &'static str,
-        /// The column asked for.
+        /// Requested column.
         column: String,
         /// The columns that it has.
         known: Vec<String>,
     },
-    /// A column that is no number where a number is needed.
+    /// A column without numbers where numbers are needed.
     #[error("table `{table}`, column `{column}` holds text, expected numbers; choose a column with a unit")]
     NotANumber {
         /// The table.
         table: &'static str,
-        /// The column asked for.
+        /// Requested column.
         column: String,
     },
 }

@@ -57,7 +57,7 @@ impl SignalColumn {
     }
 }
 
-/// All that a dataset must know of its study. Fixed for the whole dataset, kept in its manifest.
+/// A dataset's information about its study. Fixed for the whole dataset, stored in its manifest.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
 pub struct DatasetInfo {
     /// Name of the study.
@@ -66,10 +66,10 @@ pub struct DatasetInfo {
     pub study_text: String,
     /// Hash of the values of the study and its hammer files, in hexadecimal.
     pub study_hash: String,
-    /// The same over all but the number of rows: a study that only got more rows has the same one. Empty: not known.
+    /// The same over all except the number of rows: a study that only got more rows has the same one. Empty: not known.
     #[serde(default)]
     pub frame_hash: String,
-    /// The same as [`DatasetInfo::study_hash`] over all but the budgets of a row: rows that met none are the same under any.
+    /// The same as [`DatasetInfo::study_hash`] over all except the budgets of a row: rows that met none are the same under any.
     /// Empty: not known.
     #[serde(default)]
     pub budget_free_hash: String,
@@ -140,7 +140,7 @@ impl DatasetInfo {
 }
 
 impl DatasetInfo {
-    /// A study without anything: of its columns there are those that every study has.
+    /// An empty study: it has only the columns that every study has.
     pub fn empty() -> Self {
         Self {
             study_name: String::new(),

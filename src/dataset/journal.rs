@@ -263,7 +263,7 @@ pub fn describe(dataset: &Path, staging: &Path, manifest: &Manifest) -> Result<(
     sync_folder(&folder)
 }
 
-/// The manifest, without rows, of the dataset that the journal describes; `None` where it describes none.
+/// The manifest, without rows, of the dataset that the journal describes; `None` if it describes none.
 pub fn described(dataset: &Path) -> Option<Manifest> {
     Manifest::read_file(&dataset.join(JOURNAL).join(STUDY_NAME), dataset).ok()
 }
@@ -368,7 +368,7 @@ struct Frames {
     lost: usize,
 }
 
-/// The key of the study that a file of rows names; `None` where it names none, or its first bytes are damaged.
+/// The key of the study that a file of rows names; `None` if it names none, or its first bytes are damaged.
 fn key_of(bytes: &[u8]) -> Option<StudyKey> {
     let (key, rest) = bytes.strip_prefix(MAGIC)?.split_first_chunk()?;
     rest.starts_with(&checksum(key)).then_some(*key)

@@ -9,7 +9,7 @@
 //! DIR/runs/runs-000000000000.parquet     wide: one row per run
 //! DIR/blows/blows-000000000000.parquet   long: one row per blow
 //! DIR/timings/timings-000000000000.parquet   wall time of each row
-//! DIR/signals/signals-000000000000.parquet   long: one row per instant of the rows whose signals are kept, where the study asks
+//! DIR/signals/signals-000000000000.parquet   long: one row per instant of the rows whose signals are kept, if the study asks
 //! DIR/.journal/                          rows that are not yet in a part, and the study that they are of
 //! DIR/.staging/, DIR/.growing/, DIR/.lock    only while a run writes
 //! DIR/.damaged/                          parts that were damaged, as they were found
@@ -43,7 +43,7 @@
 //!
 //! [`Columns`] derives the columns from the declarations of their quantities. Every field's Arrow metadata has its unit and description
 //! (`unit`, `description`). The study's text, hash, seed, the program's version and a data dictionary (JSON) are key-values of every file
-//! (`decore.study_text`, `decore.study_hash`, `decore.seed`, `decore.version`, `decore.dictionary`); all but the last are also in the
+//! (`decore.study_text`, `decore.study_hash`, `decore.seed`, `decore.version`, `decore.dictionary`); all except the last are also in the
 //! Arrow schema. Columns with few different texts (status, kind, names) are Arrow dictionaries.
 
 mod batches;

@@ -11,9 +11,9 @@ use super::error::DatasetError;
 use super::info::DatasetInfo;
 use decore_files::{Limit, read};
 
-/// Version of the folder's layout, of the manifests and of the columns' meanings. 3: outputs defined anew (struck and blank
+/// Version of the folder's layout, of the manifests and of the columns' meanings. 3: outputs defined again (struck and blank
 /// blows, strokes, whole-run work, scatter). 4: manifests end with their checksum. 5: categories have dictionaries. 6: contacts
-/// counted apart in time, standard errors and scatter defined anew, the ledger of the castings.
+/// counted apart in time, standard errors and scatter defined again, the ledger of the castings.
 pub const FORMAT_VERSION: u32 = 6;
 /// Name of the manifest in the dataset's folder.
 pub const MANIFEST_NAME: &str = "manifest.json";
@@ -60,11 +60,11 @@ pub struct TablePart {
 pub struct Manifest {
     /// Version of the layout.
     pub format_version: u32,
-    /// Whether all rows of [`Manifest::range`] are there.
+    /// Whether all rows of [`Manifest::range`] exist.
     pub complete: bool,
     /// Rows of the complete dataset: all rows of the design, or of a shard.
     pub range: RowSpan,
-    /// Number of rows that are there, whatever their status.
+    /// Number of existing rows, whatever their status.
     pub rows_done: u64,
     /// Existing rows: ascending spans with gaps between them.
     pub done: Vec<RowSpan>,
@@ -77,7 +77,7 @@ pub struct Manifest {
     pub runs: Vec<TablePart>,
     /// Parts of the table of blows, by first row.
     pub blows: Vec<TablePart>,
-    /// Parts of the table of signals, by first row; none where the study keeps no signals.
+    /// Parts of the table of signals, by first row; none if the study keeps no signals.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub signals: Vec<TablePart>,
 }
@@ -89,7 +89,7 @@ pub struct BlockFiles {
     pub runs: TablePart,
     /// Of the table of blows.
     pub blows: TablePart,
-    /// Of the table of signals, where there is one.
+    /// Of the table of signals, if there is one.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub signals: Option<TablePart>,
 }
@@ -157,12 +157,12 @@ impl Manifest {
         manifest
     }
 
-    /// Number of rows that are there and not done (audit failed, invalid, diverged, budget exhausted).
+    /// Number of existing rows and not done (audit failed, invalid, diverged, budget exhausted).
     pub fn rows_failed(&self) -> u64 {
         self.runs.iter().map(|part| part.failed).sum()
     }
 
-    /// Whether a row is there.
+    /// Whether a row exists.
     pub fn has(&self, row: u64) -> bool {
         let before = self.done.partition_point(|span| span.first <= row);
         before.checked_sub(1).and_then(|index| self.done.get(index)).is_some_and(|span| row < span.end)
@@ -173,7 +173,7 @@ impl Manifest {
         RowSpan { first: first_row, end: first_row.saturating_add(self.study.rows_per_part) }
     }
 
-    /// The rows of the block that begins at `first_row` which are there.
+    /// Existing rows of the block that begins at `first_row`.
     pub fn rows_of(&self, first_row: u64) -> Vec<RowSpan> {
         let block = self.block(first_row);
         self.done.iter().map(|span| span.intersection(block)).filter(|span| !span.is_empty()).collect()

@@ -26,7 +26,7 @@ pub struct Merged {
 
 /// Verifies shards (one study, undamaged, complete, no gap, no overlap) and writes the dataset of all their rows.
 ///
-/// A merge that was interrupted goes on when it is repeated with [`Existing::Resume`]. The shards stay as they are.
+/// A merge that was interrupted continues when it is repeated with [`Existing::Resume`]. The shards stay as they are.
 ///
 /// Timings that are lost or damaged become nulls.
 ///
@@ -132,7 +132,7 @@ fn verify(readers: &[DatasetReader]) -> Result<(), DatasetError> {
     contiguous(next, RowSpan { first: rows, end: rows }, first)
 }
 
-/// Holds a shard to begin where the one before ended.
+/// Checks that a shard begins where the previous one ended.
 fn contiguous(next: u64, range: RowSpan, reader: &DatasetReader) -> Result<(), DatasetError> {
     let problem = match range.first.cmp(&next) {
         std::cmp::Ordering::Equal => return Ok(()),

@@ -74,7 +74,7 @@ impl BlockDescription {
     }
 }
 
-/// Reads the manifests of the dataset in `folder`, or makes them anew.
+/// Reads the manifests of the dataset in `folder`, or rebuilds them.
 ///
 /// # Errors
 /// [`DatasetError::Missing`] or [`DatasetError::Lost`] if there is no `manifest.json` or a damaged one, and neither parts nor journal
@@ -179,7 +179,7 @@ fn part_files(folder: &Path, table: TableName) -> Result<Vec<(u64, PathBuf)>, Da
     Ok(found)
 }
 
-/// Files in the tables' folders that are no parts of the dataset: whoever reads all files of a folder reads them too.
+/// Files in the tables' folders that are not parts of the dataset: whoever reads all files of a folder reads them too.
 ///
 /// A part that no manifest lists is none of them: a sweep that was killed leaves it, and the next run puts it in place.
 ///

@@ -104,7 +104,7 @@ impl Recovered {
         }
     }
 
-    /// Full blocks without timings: theirs become nulls, unless they are written anew.
+    /// Full blocks without timings: theirs become nulls, unless they are written again.
     pub fn untimed(&self) -> Vec<u64> {
         let per_part = self.manifest.study.rows_per_part;
         let full = self.manifest.runs.iter().map(|part| part.first_row).filter(|row| is_full(&self.manifest, *row));
@@ -216,7 +216,7 @@ pub struct BlockParts<'a> {
     pub blows: &'a TablePart,
     /// Of the table of timings; lost ones give nulls.
     pub timings: Option<&'a TablePart>,
-    /// Of the table of signals, where there is one.
+    /// Of the table of signals, if there is one.
     pub signals: Option<&'a TablePart>,
 }
 

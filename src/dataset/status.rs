@@ -25,11 +25,11 @@ pub const STATUS_NAME: &str = "status.json";
 pub enum SweepState {
     /// Rows are run.
     Running,
-    /// All rows are there.
+    /// All rows exist.
     Complete,
-    /// Stopped by a signal; the same command goes on.
+    /// Stopped by a signal; the same command continues.
     Interrupted,
-    /// Stopped at once by a second signal: rows that ended are there, those that ran are not; the same command goes on.
+    /// Stopped at once by a second signal: rows that ended are there, those that ran are not; the same command continues.
     StoppedAtOnce,
     /// Stopped because more rows failed than were allowed.
     TooManyFailed,
@@ -104,7 +104,7 @@ impl SweepStatus {
         put(&target, &to_sealed_json(self, &target)?)
     }
 
-    /// Writes the status as a file, which appears whole in the place of one that is there.
+    /// Writes the status as a file, which replaces an existing one as a whole.
     ///
     /// # Errors
     /// The system's.
@@ -187,7 +187,7 @@ impl SweepStatus {
     }
 }
 
-/// Writes a file, which appears whole in the place of one that is there.
+/// Writes a file, which replaces an existing one as a whole.
 fn put(target: &Path, bytes: &[u8]) -> Result<(), DatasetError> {
     let folder = target.parent().filter(|folder| !folder.as_os_str().is_empty()).unwrap_or(Path::new("."));
     Staged::write(folder, target, bytes).and_then(Staged::put_in_place).map_err(failed_to("write", target))

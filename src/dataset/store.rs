@@ -147,7 +147,7 @@ impl Store {
             signals: signals.as_ref().map(|signals| signals.part.clone()),
         };
         manifest.put_block(block.keys().copied(), files.clone());
-        // It describes the others, so that the manifest can be made anew from it.
+        // It describes the others, so that the manifest can be rebuilt from it.
         let description = BlockDescription::new(&manifest, files).to_text()?;
         let times = self.stage_part(&formats.timings, times, at, Some(description))?;
         timings.put(times.part.clone());

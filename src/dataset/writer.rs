@@ -33,7 +33,7 @@ const SYNC_INTERVAL: Duration = Duration::from_secs(5);
 pub enum Existing {
     /// Refuse with [`DatasetError::Exists`].
     Refuse,
-    /// Go on with it if it is of the same study and rows, else refuse with [`DatasetError::Changed`].
+    /// Continue with it if it is of the same study and rows, else refuse with [`DatasetError::Changed`].
     Resume,
     /// Start anew: the dataset's tables and manifests (nothing else) go to a folder `.replaced` within, and are removed when
     /// the new dataset is whole.
@@ -149,7 +149,7 @@ impl DatasetWriter {
 
     /// Opens a dataset to run chosen rows of it again, in place of the ones that are there; the budgets of `info` may be others.
     ///
-    /// A row that is not done does not take the place of one that is.
+    /// A row that is not done does not replace one that is.
     ///
     /// # Errors
     /// As [`DatasetWriter::open`]; [`DatasetError::Missing`].
@@ -168,7 +168,7 @@ impl DatasetWriter {
         Self::go_on(folder, lock, *known, ResumeCheck { info, range, chosen: Some(chosen) })
     }
 
-    /// Goes on with a dataset: with the rows that are missing, or those chosen.
+    /// Continues with a dataset: with the rows that are missing, or those chosen.
     fn go_on(folder: &Path, lock: Lock, known: Known, asked: ResumeCheck<'_>) -> Result<Self, DatasetError> {
         let changed = refuse_change(folder, &known.manifest, asked)?;
         let chosen = asked.chosen;

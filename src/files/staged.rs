@@ -58,7 +58,7 @@ impl Staged {
         &self.target
     }
 
-    /// Moves the file into place, over one that is there. The name outlives a power cut once the folder is synced.
+    /// Moves the file into place, and replaces an existing one. The name outlives a power cut once the folder is synced.
     ///
     /// # Errors
     /// The system's; on Windows not before [`rename`] has tried again.
@@ -75,8 +75,8 @@ impl Staged {
     }
 }
 
-/// Renames a file or folder; a file takes the place of one that is there. Windows refuses it as long as another program has
-/// the file open, such as a reader or a virus scanner that is through in a moment: it is tried again, for a second in all.
+/// Renames a file or folder; a file replaces an existing one. Windows refuses it as long as another program has the file open, such as a
+/// reader or a virus scanner that is through in a moment: it is tried again, for a second in all.
 ///
 /// # Errors
 /// The system's.

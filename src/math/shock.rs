@@ -289,7 +289,7 @@ impl ShockResponse {
         }
     }
 
-    /// Ends the present window and opens one anew; returns the pseudo-velocities of the old one in m/s.
+    /// Ends the present window and opens one again; returns the pseudo-velocities of the old one in m/s.
     pub fn open(&mut self, watch: Watch) -> [f64; BAND] {
         self.watch = watch;
         let old = std::mem::replace(&mut self.window, [0.0; BAND]);

@@ -40,7 +40,7 @@ pub(super) struct Models {
     model: ModelData,
 }
 
-/// The indices of a dataset of so many rows, as `decore analyse` finds them by its defaults.
+/// The indices of a dataset with this number of rows, as `decore analyse` finds them by its defaults.
 pub(super) fn sensitivity(reader: &DatasetReader, rows: u64) -> Known<Sensitivity> {
     if rows > MOST_ANALYSED {
         return Known::not(format!("{rows} rows take longer than a page should: decore analyse finds their indices."));
@@ -48,7 +48,8 @@ pub(super) fn sensitivity(reader: &DatasetReader, rows: u64) -> Known<Sensitivit
     Known::of(analyse(reader, &SensitivitySettings::default()))
 }
 
-/// Fits the models of a dataset of so many rows with the defaults of `decore surrogate`, and appends the predictors to the page's data.
+/// Fits the models of a dataset with this number of rows with the defaults of `decore surrogate`, and appends the predictors to the page's
+/// data.
 pub(super) fn models(reader: &DatasetReader, rows: u64, data: &mut Vec<u8>) -> Known<Models> {
     if rows > MOST_MODELLED {
         return Known::not(format!(

@@ -44,7 +44,7 @@ pub struct FigureGroup {
     pub source: &'static str,
     /// Tolerance of the figures.
     pub tolerance: Tolerance,
-    /// The figures; none where the paper prints curves alone.
+    /// The figures; none if the paper prints curves alone.
     pub figures: Vec<PaperFigure>,
     /// Remarks on agreement, differences and their causes.
     pub remarks: Vec<String>,
@@ -77,11 +77,11 @@ pub struct PaperFigure {
     pub name: String,
     /// Unit of all its values.
     pub unit: &'static str,
-    /// Ours against the paper's calculation; null where it prints none.
+    /// Ours against the paper's calculation; null if it prints none.
     pub calculated: Option<Against>,
-    /// Ours against the paper's measurement; null where it prints none.
+    /// Ours against the paper's measurement; null if it prints none.
     pub measured: Option<Against>,
-    /// Ours against a difference that the paper quotes between its calculation and its measurement; null where it is none.
+    /// Ours against a difference that the paper quotes between its calculation and its measurement; null if it is none.
     pub quoted: Option<Against>,
     /// Ours.
     pub ours: f64,
@@ -114,7 +114,7 @@ pub struct Evidence {
 pub struct EvidenceRow {
     /// The change, or the subject of the row.
     pub label: String,
-    /// A value for each column; null where there is none.
+    /// A value for each column; null if there is none.
     pub values: Vec<Option<f64>>,
 }
 

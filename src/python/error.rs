@@ -52,7 +52,7 @@ type Fields = (String, Option<usize>, Option<usize>, String, String, Option<Stri
 pub struct Problem {
     /// Name of the file, or the value set over it.
     file: String,
-    /// Line, from 1; none where the fault belongs to no line.
+    /// Line, from 1; none if the fault belongs to no line.
     line: Option<usize>,
     /// Column in characters, from 1.
     column: Option<usize>,

@@ -9,7 +9,7 @@ use decore_quantity::words::{did_you_mean, nearest};
 
 /// Prefix of a factor's column in tables.
 const PREFIX: &str = "factor_";
-/// Column of tables that is no factor and no mistake.
+/// Column of tables that is not a factor and no mistake.
 const ROW: &str = "row";
 
 /// Values of `names`, in their order, from an object with columns or keys; `None` for numbers without names.

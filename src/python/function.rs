@@ -26,8 +26,8 @@ const ROUNDING: f64 = 1e-9;
 
 /// `f(X) -> Y`: a row of X per point, a column per factor; a row of Y per point, a column per output.
 ///
-/// Y is NaN where a point cannot be simulated or a factor does not take its value (NaN, infinity, a value between whole numbers or
-/// listed values). It has no axis of points for one point, and none of outputs if one output was asked for by its name alone.
+/// Y is NaN if a point cannot be simulated or a factor does not take its value (NaN, infinity, a value between whole numbers or
+/// listed values). It has no axis of points for one point, and none of outputs if one output was requested by its name alone.
 ///
 /// X is an array; or a frame, a mapping or rows, whose names are obeyed: other orders give the same, unknown and missing columns raise
 /// `KeyError`.
@@ -46,12 +46,12 @@ pub struct Function {
     outputs: Vec<String>,
     /// Places in the table of runs.
     places: Vec<usize>,
-    /// Whether one output was asked for by its name alone.
+    /// Whether one output was requested by its name alone.
     single: bool,
     threads: usize,
 }
 
-/// A function as it is asked for.
+/// A function as it is requested.
 pub struct Definition {
     /// Factors that are columns of X.
     pub factors: Vec<String>,

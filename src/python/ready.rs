@@ -35,7 +35,7 @@ pub struct Simulated {
     pub outcome: RowOutcome,
     /// Rows of `runs`, `blows` and `timings`.
     pub tables: [RecordBatch; 3],
-    /// Signals, if they were asked for and the row could be simulated.
+    /// Signals, if they were requested and the row could be simulated.
     pub signals: Option<RecordBatch>,
 }
 
@@ -47,7 +47,7 @@ pub enum Chosen {
     Named(Vec<String>),
 }
 
-/// Signals that are asked for.
+/// Signals requested.
 pub struct Wanted {
     /// Selection of the signals.
     pub chosen: Chosen,
@@ -114,7 +114,7 @@ impl Wanted {
         }
     }
 
-    /// The signals that are asked for, the time first.
+    /// The requested signals, the time first.
     fn of(&self, signals: Vec<Signal>) -> Vec<Signal> {
         let Chosen::Named(names) = &self.chosen else { return signals };
         let (times, others): (Vec<Signal>, Vec<Signal>) =

@@ -24,7 +24,7 @@ pub struct Row {
     runs: Py<Table>,
     /// Blows.
     blows: Py<Table>,
-    /// Signals; none unless they were asked for and the row could be simulated.
+    /// Signals; none unless they were requested and the row could be simulated.
     signals: Option<Py<Table>>,
     /// Study of the row.
     study: Py<Study>,

@@ -149,7 +149,7 @@ impl Study {
         self.checked.study().title()
     }
 
-    /// Hash over all that determines its rows.
+    /// Hash of everything that determines its rows.
     #[getter]
     fn hash(&self) -> &str {
         self.checked.study().hash()
@@ -241,7 +241,8 @@ impl Study {
     /// `outputs`: columns of the table of runs; one name alone for results without an axis of outputs. `factors`: columns of X; all
     /// that are not in `fixed` unless named. `fixed`: values of the other factors. `threads`: 0 for one per core.
     ///
-    /// >>> work = study.function("delivered_work_j", factors=["pressure"], fixed={"position": 0.0, "standoff": 0.08, "fixture_stiffness": 3e7})
+    /// >>> work = study.function("delivered_work_j", factors=["pressure"], fixed={"position": 0.0, "standoff": 0.08, "fixture_stiffness":
+    /// 3e7})
     /// >>> work([[4.5], [5.5]]).shape
     /// (2,)
     #[pyo3(signature = (outputs, *, factors=None, fixed=None, threads=0))]
@@ -310,7 +311,7 @@ pub fn listener(py: Python<'_>, progress: Option<&Bound<'_, PyAny>>) -> PyResult
     }
 }
 
-/// The signals that are asked for: a list of names, or `True` for all.
+/// The requested signals: a list of names, or `True` for all.
 fn chosen(signals: Option<&Bound<'_, PyAny>>) -> PyResult<Option<Chosen>> {
     match signals {
         None => Ok(None),

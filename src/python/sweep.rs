@@ -38,7 +38,7 @@ impl Ending {
 pub struct Progress {
     /// Rows that the dataset is to hold.
     rows: u64,
-    /// Rows that are there, whatever their status.
+    /// Existing rows, whatever their status.
     done: u64,
     /// Of these, rows with another status than done.
     failed: u64,

@@ -53,7 +53,7 @@ impl Column {
 enum Content {
     /// In memory.
     Batch(RecordBatch),
-    /// In a dataset, read when it is asked for.
+    /// In a dataset, read when it is requested.
     Stored(Arc<DatasetReader>, TableName),
 }
 
@@ -213,7 +213,7 @@ impl Table {
         PyCapsule::new_with_value(py, schema, c"arrow_schema")
     }
 
-    /// The table as Arrow's capsule of a stream; it has its own types, whichever are asked for.
+    /// The table as Arrow's capsule of a stream; it has its own types, whichever are requested.
     #[pyo3(signature = (requested_schema=None))]
     fn __arrow_c_stream__<'py>(
         &self,

@@ -45,7 +45,7 @@ pub(super) fn meets(study: &Study, points: &PointTable, levels: &[Level]) -> Res
 /// Counts how many of these constraints hold in a row, up to the first that does not.
 fn met(study: &Study, (levels, points): (&[Level], &PointTable), among: &[usize]) -> Result<usize, String> {
     let (values, fault) = study.plan.values(levels);
-    // A derived factor without a value is no row.
+    // A derived factor without a value is not a row.
     if fault.is_some() {
         return Ok(0);
     }

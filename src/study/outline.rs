@@ -22,7 +22,7 @@ pub struct DesignOutline {
     pub factors: Vec<FactorOutline>,
     /// The constraints, as written.
     pub constraints: Vec<String>,
-    /// Factors with rank correlations; empty where there are none.
+    /// Factors with rank correlations; empty if there are none.
     pub correlated: Vec<String>,
     /// The casting that each hammer strikes, by the hammer's name; without those that strike the only one.
     pub strikes: BTreeMap<String, String>,
@@ -41,7 +41,7 @@ pub struct FactorOutline {
     pub drives: Vec<Vec<String>>,
     /// The values that it chooses from; empty for a range.
     pub values: Vec<Value>,
-    /// The ends that the study gives it; `None` where it gives none.
+    /// The ends that the study gives it; `None` if it gives none.
     pub range: Option<[f64; 2]>,
     /// Whether it is spaced by its logarithm.
     pub logarithmic: bool,
@@ -51,7 +51,7 @@ impl DesignOutline {
     /// Reads the design of a study from its text and the settings `path=value` over it. `name`: the file's name in messages.
     ///
     /// # Errors
-    /// [`StudyError::Invalid`] for a text that is no study.
+    /// [`StudyError::Invalid`] for a text that is not a study.
     pub fn read(text: &str, overrides: &[String], name: &str) -> Result<Self, StudyError> {
         let document = Document::parse(name, text).map_err(|problems| StudyError::Invalid { problems })?;
         let shape = Shape::from_schema(&study_schema());

@@ -92,7 +92,7 @@ pub fn expected(study: &CheckedStudy, reader: &DatasetReader) -> Result<Answer, 
     }
 }
 
-/// Rows of a batch that narrow the choice, for a table that holds all rows; none where the choice is made.
+/// Rows of a batch that narrow the choice, for a table that holds all rows; none if the choice is made.
 ///
 /// # Errors
 /// As [`next`].

@@ -26,7 +26,7 @@ pub enum Verdict {
 pub struct Setting {
     /// Name of the factor.
     pub factor: String,
-    /// First parameter that it drives; empty where it drives none.
+    /// First parameter that it drives; empty if it drives none.
     pub path: String,
     /// The value.
     pub value: Value,
@@ -39,7 +39,7 @@ pub struct Setting {
 pub struct Estimate {
     /// The value, as the goal states it.
     pub text: String,
-    /// Unit; empty where there is none.
+    /// Unit; empty if there is none.
     pub unit: String,
     /// Expected value: mean of the checks, or of the model.
     pub mean: f64,
@@ -56,7 +56,7 @@ pub struct Estimate {
 pub struct LimitState {
     /// The limited value.
     pub text: String,
-    /// Unit; empty where there is none.
+    /// Unit; empty if there is none.
     pub unit: String,
     /// Whether it must be at most the limit; at least otherwise.
     pub at_most: bool,
@@ -64,7 +64,7 @@ pub struct LimitState {
     pub limit: f64,
     /// The value that the stated share of runs holds: of the checks, or of the model with its error on the bad side.
     pub reached: f64,
-    /// Whether it stands in the way of a better goal: `reached` is within 5 % of the limit, or beyond.
+    /// Whether it prevents a better goal: `reached` is within 5 % of the limit, or beyond.
     pub binds: bool,
 }
 

@@ -30,7 +30,7 @@ pub(super) struct Merit {
     pub goal: f64,
     /// Share of runs that hold the limits, with the model's error on the bad side.
     pub share: f64,
-    /// By how much the expected values break the limit that is farthest off, as a share of it; 0 where they hold all.
+    /// By how much the expected values break the limit that is farthest off, as a share of it; 0 if they hold all.
     pub lack: f64,
 }
 

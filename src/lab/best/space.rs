@@ -159,7 +159,7 @@ impl<'a> Space<'a> {
         self.study.values_at(levels).iter().map(Value::to_string).collect()
     }
 
-    /// The decision of a row, given as [`Self::cells`]; `None` for cells that are no values of the factors.
+    /// The decision of a row, given as [`Self::cells`]; `None` for cells that are not values of the factors.
     pub fn decision_of(&self, cells: &[String]) -> Option<Decision> {
         let drawn = drawn(self.study);
         let level = |place: &usize| {
@@ -169,7 +169,7 @@ impl<'a> Space<'a> {
             match factor.distribution()? {
                 Distribution::Categories { .. } => {
                     let number = cell.parse::<f64>().ok();
-                    // A text is no number: `None` on both sides would be the same.
+                    // A text is not a number: `None` on both sides would be the same.
                     let same = |value: &Value| {
                         value.to_string() == *cell || number.is_some_and(|number| value.number() == Some(number))
                     };
@@ -183,7 +183,7 @@ impl<'a> Space<'a> {
         Some(self.settable(&decision?))
     }
 
-    /// The decision with these settings; `None` where one is missing or no value of its factor.
+    /// The decision with these settings; `None` if one is missing or no value of its factor.
     pub fn decision_at(&self, settings: &[Setting]) -> Option<Decision> {
         let factors = self.study.study().factors();
         let of = |name: &str| settings.iter().find(|setting| setting.factor == name);

@@ -6,7 +6,7 @@ use decore_study::Goal;
 /// Budgets of [`super::next`].
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct BestSettings {
-    /// Rows that are added at most, those that prove the proposal included.
+    /// Largest number of added rows, including checks of the proposal.
     pub rows: usize,
     /// Rows that prove a proposal. 0: none.
     pub checks: usize,

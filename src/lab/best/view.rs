@@ -18,7 +18,7 @@ use decore_study::CheckedStudy;
 /// Number of steps over a factor's range for the displayed positions of hammers.
 const STEPS: usize = 24;
 
-/// An answer with all that a page needs to show it and to predict other decisions.
+/// An answer with the data for its page, including predictions of other decisions.
 #[derive(Debug, Clone)]
 pub struct AnswerView {
     /// The answer.
@@ -44,7 +44,7 @@ pub struct AnswerView {
 pub struct ShownValue {
     /// As the goal states it.
     pub text: String,
-    /// Unit; empty where there is none.
+    /// Unit; empty if there is none.
     pub unit: String,
     /// Place of its model among the outputs.
     pub output: usize,

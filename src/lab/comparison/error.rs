@@ -10,7 +10,7 @@ pub enum ComparisonError {
     /// One of them could not be read, or has no such column.
     #[error("{0}")]
     Dataset(#[from] DatasetError),
-    /// One of them was written to in the meantime.
+    /// One of them was changed during the comparison.
     #[error("{} changed while it was read: compare again when nothing writes to it", folder.display())]
     Changed {
         /// The dataset.

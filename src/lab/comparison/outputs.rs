@@ -16,18 +16,18 @@ const PER_ROW: usize = 3 * size_of::<f64>();
 struct Output<'r> {
     /// Column in each dataset.
     columns: [&'r ColumnDescription; 2],
-    /// Name of the column with its scatter; `None` where there is none.
+    /// Name of the column with its scatter; `None` if there is none.
     scatter: [Option<String>; 2],
 }
 
 /// Outputs that are compared, and outputs that cannot be.
 pub(super) struct Outputs<'r> {
     compared: Vec<Output<'r>>,
-    /// Names of those that B has not.
+    /// Names of outputs that B lacks.
     pub only_in_a: Vec<String>,
-    /// Names of those that A has not.
+    /// Names of outputs that A lacks.
     pub only_in_b: Vec<String>,
-    /// Names of those that are not of one unit and type.
+    /// Names of outputs with different units or types.
     pub of_other_units: Vec<String>,
 }
 
@@ -283,7 +283,7 @@ impl<'o> Tally<'o> {
         }
     }
 
-    /// Puts the counts and the worst rows where they belong.
+    /// Assigns the counts and the worst rows to their outputs.
     fn end(mut self, matching: &Matching<'_>, texts: &Texts, found: &mut Comparison) {
         let shown = |differing: &Differing| self.pair(differing, matching, texts);
         let listed: Vec<PairDifference> = self.listed.iter().map(shown).collect();

@@ -80,7 +80,7 @@ impl Side {
     }
 }
 
-/// A list of which only the beginning is kept.
+/// A list, truncated after its beginning.
 #[derive(Debug, Clone, PartialEq, Serialize, JsonSchema)]
 pub struct Listed<T> {
     /// Number of such rows.

@@ -72,7 +72,7 @@ impl FeatureColumn {
         Ok((Field::new(&self.name, array.data_type().clone(), true).with_metadata(metadata), array))
     }
 
-    /// The valid range as `low..high`, an open side left out; empty where there is none.
+    /// The valid range as `low..high`, an open side left out; empty if there is none.
     pub fn valid_text(&self) -> String {
         let end = |end: Option<f64>| end.map_or(String::new(), |value| value.to_string());
         match self.valid {

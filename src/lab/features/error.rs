@@ -66,7 +66,7 @@ pub enum FeaturesError {
     /// The table cannot be written as Parquet.
     #[error("the table cannot be written as Parquet: {0}")]
     Parquet(#[from] ParquetError),
-    /// A file that is there already.
+    /// An existing file.
     #[error("{} exists: give another folder, or --replace to write it anew", path.display())]
     Exists {
         /// The file.

@@ -28,7 +28,8 @@ pub fn files(format: Format) -> [&'static str; 5] {
     [format.file(), "dictionary.json", "dictionary.csv", "croissant.json", "README.md"]
 }
 
-/// Writes the table of a dataset, its dictionary, Croissant metadata and a card into `folder`, which is made if it is not there. Files appear whole, and none
+/// Writes the table of a dataset, its dictionary, Croissant metadata and a card into `folder`, which is made if it is not there. Files
+/// appear whole, and none
 /// before all could be written.
 ///
 /// # Errors

@@ -11,7 +11,7 @@ use decore_quantity::Kind;
 pub(super) enum Combine {
     /// Sum; hammers without a value are left out.
     Sum,
-    /// The mean of those that have one.
+    /// Mean of the hammers that have a value.
     Mean,
     /// The least.
     Least,
@@ -401,5 +401,5 @@ pub(super) const FIGURES: &[CastingFigure<'static>] = &[
 
 const STRUCK_BLOWS: &str = "struck_blows";
 const BLOW_ENERGY_MEAN: &str = "blow_energy_mean_j";
-/// Name of the column that is there only where a work is asked for.
+/// Name of the column that is there only where a work is requested.
 pub(super) const TIME_TO_WORK: &str = "time_to_work_s";

@@ -11,7 +11,7 @@ use decore_quantity::{CellColumn, Kind, Value, named};
 use decore_statistics::design::{GroupKind, GroupSpan};
 
 named! {
-    /// A reason for which rows are kept together only where that is asked for: such groups are few and large.
+    /// A reason for which rows are kept together only where requested: such groups are few and large.
     #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
     pub enum GroupBy {
         /// Rows on one machine.

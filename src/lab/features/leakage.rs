@@ -28,7 +28,7 @@ pub struct Derived {
 /// A product or ratio of a target and another number.
 type Rule = fn(f64, f64) -> f64;
 
-/// Numbers of a column by row; NaN where there is none.
+/// Numbers of a column by row; NaN if there is none.
 struct Numbers<'a> {
     column: &'a FeatureColumn,
     values: Vec<f64>,
@@ -57,7 +57,7 @@ pub fn find(columns: &[FeatureColumn]) -> Vec<Derived> {
 }
 
 impl<'a> Numbers<'a> {
-    /// Columns whose numbers are no measurement by themselves are not looked at; nor are those with few different values.
+    /// Columns whose numbers are not a measurement by themselves are not looked at; nor are those with few different values.
     fn of(column: &'a FeatureColumn) -> Option<Self> {
         if !matches!(column.role, Role::Factor | Role::Target) {
             return None;

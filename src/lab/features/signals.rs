@@ -40,9 +40,9 @@ impl Means {
 pub(super) struct SignalRows {
     /// Interval of the means in s; `None`: there are none.
     pub interval_s: Option<f64>,
-    /// Places of the castings whose heave velocity is there.
+    /// Places of the castings with a stored heave velocity.
     castings: Vec<usize>,
-    /// Of each row, figures of those castings.
+    /// Figures of these castings in each row.
     rows: HashMap<u64, Vec<HeaveFigures>>,
 }
 
@@ -83,7 +83,7 @@ impl SignalRows {
         Ok(())
     }
 
-    /// The figures of a casting, by its place, in a row; `None` where its signals are not kept.
+    /// The figures of a casting, by its place, in a row; `None` if its signals are not kept.
     pub fn of(&self, row: u64, casting: usize) -> Option<&HeaveFigures> {
         let place = self.castings.iter().position(|kept| *kept == casting)?;
         self.rows.get(&row)?.get(place)

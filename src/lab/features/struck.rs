@@ -46,7 +46,7 @@ pub(super) struct Struck {
     pub blows: u64,
     /// Blows that did not.
     pub blank: u64,
-    /// Energy of those that did, J.
+    /// Energy of such blows, J.
     pub energy: RunningMoments,
     /// Largest forces, N.
     pub force: RunningMoments,
@@ -54,7 +54,7 @@ pub(super) struct Struck {
     pub work_j: f64,
     /// Energy of the blows at or over the threshold, J.
     pub dose_j: f64,
-    /// Number of those.
+    /// Number of such blows.
     pub dose_blows: u64,
     /// Start of the blow in which the work reaches the given value, s.
     pub reached_s: Option<f64>,
@@ -135,7 +135,7 @@ impl StruckRows {
         Ok(Self(rows))
     }
 
-    /// The blows on a casting, by its place, in a row; none where the table has none.
+    /// The blows on a casting, by its place, in a row; none if the table has none.
     pub fn of(&self, row: u64, casting: usize) -> Struck {
         self.0.get(&row).and_then(|castings| castings.get(casting)).copied().unwrap_or_default()
     }

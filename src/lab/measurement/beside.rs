@@ -69,7 +69,7 @@ pub struct Piece {
 pub struct MeasuredBeside {
     /// Time in s by which the measurement's clock is ahead of the calculated time.
     pub offset_s: f64,
-    /// Correlation coefficient at that offset; null where it was given.
+    /// Correlation coefficient at that offset; null if it was given.
     pub correlation: Option<f64>,
     /// Reasons to doubt the offset, and with it all figures.
     pub warnings: Vec<String>,
@@ -87,7 +87,7 @@ pub struct MeasuredBeside {
     pub rms: Compared,
     /// Largest absolute values.
     pub peak: Compared,
-    /// Frequencies in Hz of the highest line in the longest piece, the mean left out; null where a signal has none, and where that
+    /// Frequencies in Hz of the highest line in the longest piece, the mean left out; null if a signal has none, and where that
     /// piece has less than 64 samples.
     pub frequency_hz: Option<Compared>,
 }
@@ -240,7 +240,7 @@ impl Compared {
         [rms, peak].map(|of| Self::of(of(&ours), of(&theirs)))
     }
 
-    /// Frequencies in Hz of the highest lines; `None` where a signal has none, and of too few samples.
+    /// Frequencies in Hz of the highest lines; `None` if a signal has none, and of too few samples.
     pub(super) fn frequency_hz([ours, theirs]: SignalPair<'_>, interval_s: f64) -> Option<Self> {
         if ours.len() < LEAST_SAMPLES {
             return None;

@@ -5,7 +5,7 @@ use decore_statistics::signal::SignalError;
 /// Reason why a measurement cannot be compared with a signal.
 #[derive(Debug, thiserror::Error)]
 pub enum MeasurementError {
-    /// The file cannot be read, or a cell is no number.
+    /// The file cannot be read, or a cell is not a number.
     #[error("{0}")]
     File(String),
     /// Times do not rise.

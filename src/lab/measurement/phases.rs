@@ -38,9 +38,9 @@ pub struct PhaseBeside {
     pub rms: Compared,
     /// Largest absolute values.
     pub peak: Compared,
-    /// Frequencies in Hz of the highest line of the amplitudes, the mean left out; null where a signal has none.
+    /// Frequencies in Hz of the highest line of the amplitudes, the mean left out; null if a signal has none.
     pub frequency_hz: Option<Compared>,
-    /// Power densities; null where the phase is too short for two segments of 0.02 s, each half over the other.
+    /// Power densities; null if the phase is too short for two segments of 0.02 s, each half over the other.
     pub density: Option<DensityBeside>,
 }
 
@@ -62,11 +62,11 @@ pub struct DensityBeside {
 /// A line of one density, and the one of the other that is the same.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, JsonSchema)]
 pub struct LineBeside {
-    /// Frequency in Hz in the calculated signal; null where it has none there.
+    /// Frequency in Hz in the calculated signal; null if it has none there.
     pub calculated_hz: Option<f64>,
     /// In the measured one.
     pub measured_hz: Option<f64>,
-    /// `(calculated - measured) / measured`; null where one has none.
+    /// `(calculated - measured) / measured`; null if one has none.
     pub difference: Option<f64>,
 }
 

@@ -9,7 +9,7 @@ use decore_quantity::Value;
 use decore_statistics::design::{Coordinate, Design, Distribution, Factor, Kind, Level, Sobol};
 use decore_study::CheckedStudy;
 
-/// Points tried for each candidate that is asked for, at most: constraints may leave few.
+/// Points tried for each candidate requested, at most: constraints may leave few.
 const MOST_TRIED: usize = 64;
 /// Stream of the numbers by which candidates lie near a row.
 const NEAR: u64 = 0x6e65_6172;
@@ -122,7 +122,7 @@ impl<'a> Collector<'a> {
         Ok(())
     }
 
-    /// The cells of a place by its shares of the ranges; `None` where no row may be run, or one is there.
+    /// The cells of a place by its shares of the ranges; `None` if no row may be run, or one is there.
     pub fn cells_at(&self, shares: &[f64]) -> Result<Option<Vec<String>>, RefinementError> {
         self.allowed(&self.levels_at(shares))
     }

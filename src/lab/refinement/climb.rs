@@ -87,7 +87,8 @@ pub fn is_apart(at: &[f64], others: &[Vec<f64>], distance: f64) -> bool {
 ///
 /// A pattern search (Hooke and Jeeves, J. ACM 8, 1961): a step to both sides along each factor, then one along all of them to the tops of
 /// the parabolas through these, one along the slope that they show, and on along the last round's way. The best of them is the next
-/// place; where none is better, the step is a quarter. No derivative is asked for: factors may have levels, and a constraint may cut the ranges anywhere.
+/// place; where none is better, the step is a quarter. No derivative is requested: factors may have levels, and a constraint may cut the
+/// ranges anywhere.
 ///
 /// # Errors
 /// Those of `merits`.

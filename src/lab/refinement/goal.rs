@@ -27,12 +27,12 @@ pub enum Goal {
     Bound {
         /// The limit.
         limit: Limit,
-        /// Share of the places of which it may stay open on which side they lie.
+        /// Share of the places whose side may remain uncertain.
         unsure: f64,
     },
     /// Boundary between rows that are done and rows that fail.
     Separate {
-        /// Share of the places of which it may stay open on which side they lie.
+        /// Share of the places whose side may remain uncertain.
         unsure: f64,
     },
 }

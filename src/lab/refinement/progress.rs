@@ -13,18 +13,18 @@ use crate::sensitivity::four_digits;
 pub struct Progress {
     /// Name of the study.
     pub study: String,
-    /// Rows of the design, all of which are run.
+    /// Number of rows of the design; all have run.
     pub rows: u64,
-    /// Rows of them that failed, where the boundary to those is sought; null otherwise.
+    /// Number of failed rows, for the goal `failures`; null otherwise.
     pub failed: Option<u64>,
     /// Rows of those whose values describe no scene that can be simulated; such places are no part of the shares of `boundary`. Null
     /// as `failed` is.
     pub without_scene: Option<u64>,
-    /// The outputs that are modelled; none where it is sought where rows fail.
+    /// The outputs that are modelled; none if it is sought where rows fail.
     pub outputs: Vec<OutputProgress>,
-    /// Rows that are within all limits; null where no optimum is sought.
+    /// Rows that are within all limits; null if no optimum is sought.
     pub rows_within: Option<u64>,
-    /// The best row within the limits; null where none is, or none is sought.
+    /// The best row within the limits; null if none is, or none is sought.
     pub best: Option<Best>,
     /// Largest expected improvement of the best row by a run, times its probability to be within the limits, in the output's unit; null
     /// without a best row. It comes from the model that chooses rows, whose noise may be as small as 1e-10; the noise of `decore surrogate`
@@ -34,7 +34,7 @@ pub struct Progress {
     pub boundary: Option<Boundary>,
     /// Notes on the models, a sentence each, as printed by `decore surrogate`.
     pub notes: Vec<String>,
-    /// Whether all that was asked for is reached.
+    /// Whether all requested aims are reached.
     pub reached: bool,
     /// Whether it is not, and no place is left for a further row: all that meet the constraints and describe a scene are rows already,
     /// or so near to one that they would be its copies.
@@ -83,7 +83,7 @@ pub struct Boundary {
 }
 
 impl Progress {
-    /// Of rows of which nothing else is said yet.
+    /// New progress with this number of rows.
     pub(super) fn new(study: String, rows: u64) -> Self {
         Self {
             study,

@@ -46,13 +46,13 @@ pub struct RefinementSettings {
 pub struct Proposal {
     /// Progress without them.
     pub progress: Progress,
-    /// Values of all factors, in the study's order, row by row, as cells of a table; none where the goal is reached.
+    /// Values of all factors, in the study's order, row by row, as cells of a table; none if the goal is reached.
     pub rows: Vec<Vec<String>>,
 }
 
 /// Proposes the rows of the next batch from those that the dataset of the study holds.
 ///
-/// Depends on the study, its seed and the rows alone. Every row meets the study's constraints, and is no row already. None are proposed
+/// Depends on the study, its seed and the rows alone. Every row meets the study's constraints, and is not a row already. None are proposed
 /// where the goal is reached, or no place is left ([`Progress::exhausted`]).
 ///
 /// # Errors
@@ -294,7 +294,7 @@ impl<'a> ProposalInputs<'a> {
         Ok(Some(ProposedRow { row, merit: peak.merit }))
     }
 
-    /// Merits of places by their shares of the ranges: none where no row may be run.
+    /// Merits of places by their shares of the ranges: none if no row may be run.
     fn merits_at(
         &self,
         seeking: &Seeking<'_>,
@@ -413,7 +413,7 @@ pub fn places(
     text_places(factors, &candidates.iter().map(row).collect::<Vec<Vec<String>>>())
 }
 
-/// Rows that show where rows fail; `unsure`: the share of the places of which it may stay open on which side they lie.
+/// Rows that show where rows fail; `unsure`: the share of the places whose side may remain uncertain.
 fn separate(
     study: &CheckedStudy,
     reader: &DatasetReader,

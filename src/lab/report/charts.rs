@@ -14,13 +14,13 @@ const CELLS: usize = 24;
 const LINES: usize = 10;
 /// Cells of a line of the scatter.
 const ACROSS: usize = 48;
-/// Columns that are assumed where there is no terminal.
+/// Assumed number of columns without a terminal.
 const PLAIN_COLUMNS: usize = 80;
 
 /// Terminal on which charts are drawn.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Paper {
-    /// Columns of the terminal; `None` where there is none.
+    /// Columns of the terminal; `None` if there is none.
     pub columns: Option<usize>,
     /// Whether it shows blocks; otherwise letters and signs stand for them.
     pub blocks: bool,
@@ -99,7 +99,7 @@ impl CorrelationSums {
         self.squares[2] += before[0] * after[1];
     }
 
-    /// Pearson's correlation; 0 where one of both does not vary.
+    /// Pearson's correlation; 0 if one of both does not vary.
     fn correlation(&self) -> f64 {
         let [xx, yy, xy] = self.squares;
         let correlation = xy / (xx * yy).sqrt();

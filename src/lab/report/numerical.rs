@@ -46,7 +46,7 @@ pub struct NumericalTwins {
     pub worst_row: Option<u64>,
     /// Largest error of that row over its promise.
     pub worst_over_promise: f64,
-    /// Share of the rows' wall time that numerical twins took; null where no time is known.
+    /// Share of the rows' wall time that numerical twins took; null if no time is known.
     pub share_of_time: Option<f64>,
     /// Errors output by output.
     pub outputs: Vec<OutputError>,
@@ -76,7 +76,7 @@ impl<'a> Gathered<'a> {
 
     fn add(&mut self, row: u64, column: usize, relative: f64) {
         let decade = relative.log10() - f64::from(DECADES.start);
-        // No error at all is in the first class, one that is no number in the last.
+        // No error at all is in the first class, one that is not a number in the last.
         let class = if decade.is_nan() { self.classes.len() - 1 } else { (decade * CLASSES) as usize };
         let last = self.classes.len() - 1;
         self.classes[class.min(last)] += 1;
@@ -102,7 +102,7 @@ impl<'a> Gathered<'a> {
     }
 }
 
-/// Gathers the numerical errors of a dataset; `None` where no row has a numerical twin. Memory is bounded, whatever the number of rows.
+/// Gathers the numerical errors of a dataset; `None` if no row has a numerical twin. Memory is bounded, whatever the number of rows.
 pub(super) fn numerical_twins(reader: &DatasetReader) -> Result<Option<NumericalTwins>, DatasetError> {
     let columns = reader.columns(TableName::Runs);
     let mut gathered = gathered(columns);

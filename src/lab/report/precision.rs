@@ -19,7 +19,7 @@ pub struct Precision {
     pub without: u64,
     /// Values whose relative standard error is above the wanted one.
     pub above: u64,
-    /// The value that needs the longest duration; null where no value has an error.
+    /// The value that needs the longest duration; null if no value has an error.
     pub worst: Option<WorstPrecision>,
 }
 

@@ -54,7 +54,7 @@ const ROW_RANGES: [(&str, &str); 7] = [
     (Aggregates::total_air_used_nl.name, "air used in a row"),
     (Aggregates::work_per_air_j_per_nl.name, "work per air in a row"),
 ];
-/// Columns that every report reads, before those that depend on the study.
+/// Columns of every report, before the columns of the study.
 const ALWAYS: [&str; 6] = [
     RowRecord::row.name,
     RowOutcome::status.name,
@@ -78,7 +78,7 @@ pub struct ReportSettings {
     pub wanted_error: f64,
 }
 
-/// Relative standard error for which durations are stated unless another one is asked for.
+/// Default relative standard error of the stated durations.
 pub const WANTED_ERROR: f64 = 0.01;
 
 impl Default for ReportSettings {
@@ -215,7 +215,7 @@ pub struct Report {
     pub precision: Vec<Precision>,
     /// Row with the largest absolute energy residual.
     pub worst_residual: Option<WorstResidual>,
-    /// Numerical errors of the main outputs; null where no row has a numerical twin.
+    /// Numerical errors of the main outputs; null if no row has a numerical twin.
     pub numerical_twins: Option<NumericalTwins>,
     #[serde(skip)]
     pub(super) spans: Spans,
@@ -224,7 +224,7 @@ pub struct Report {
 /// Reads a dataset and summarises it. Memory is bounded, whatever the number of rows.
 ///
 /// # Errors
-/// [`DatasetError::UnknownColumn`] or [`DatasetError::NotANumber`] if rows cannot be ranked by the column asked for;
+/// [`DatasetError::UnknownColumn`] or [`DatasetError::NotANumber`] if rows cannot be ranked by the requested column;
 /// those of reading, [`DatasetError::Damaged`] among them.
 pub fn summarise(reader: &DatasetReader, settings: &ReportSettings) -> Result<Report, DatasetError> {
     let ranking = reader.column(TableName::Runs, settings.ranking())?.clone();
@@ -380,7 +380,7 @@ impl<'a> Gatherer<'a> {
     }
 
     fn judge_residual(&mut self, row: u64, residual: f64) {
-        // A residual that is no number counts as the worst.
+        // A residual that is not a number counts as the worst.
         let size = |value: f64| if value.is_nan() { f64::INFINITY } else { value.abs() };
         if self.report.worst_residual.is_none_or(|worst| size(residual) > size(worst.energy_residual)) {
             self.report.worst_residual = Some(WorstResidual { row, energy_residual: residual });

@@ -18,7 +18,7 @@ use decore_statistics::analysis::{
 use decore_statistics::design::{Kind, Morris, Saltelli};
 use decore_study::DesignOutline;
 
-/// Outputs that are analysed unless others are asked for.
+/// Default outputs of an analysis.
 pub const DEFAULT_OUTPUTS: [&str; 6] = [
     RunTotals::strike_energy_j.name,
     Aggregates::total_first_impact_work_j.name,
@@ -33,7 +33,7 @@ pub const DEFAULT_OUTPUTS: [&str; 6] = [
 pub struct SensitivitySettings {
     /// Columns of `runs`; empty (default): [`DEFAULT_OUTPUTS`].
     pub outputs: Vec<String>,
-    /// Estimator of Sobol' indices, where there are such. Default: `None`, [`Estimator::Salib`].
+    /// Estimator of Sobol' indices, if there are such. Default: `None`, [`Estimator::Salib`].
     pub estimator: Option<Estimator>,
     /// Whether a Saltelli design is analysed as any rows are, by its base points. Default: no.
     pub given: bool,
@@ -50,7 +50,7 @@ impl Default for SensitivitySettings {
 
 /// Reads a dataset and computes the indices of its outputs. If the dataset is still being written, its present rows count.
 ///
-/// Takes memory for the columns that are asked for.
+/// Takes memory for the requested columns.
 ///
 /// # Errors
 /// Those of reading, and [`SensitivityError`] where the rows are not those of a design that has indices. An output that has

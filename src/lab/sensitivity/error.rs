@@ -30,13 +30,13 @@ pub enum SensitivityError {
         /// The factor that differs.
         factor: String,
     },
-    /// Trajectories, of which other indices than elementary effects are asked for.
+    /// Trajectories, of which other indices than elementary effects are requested.
     #[error(
         "the rows of a `morris` design serve elementary effects only, as they lie on trajectories: other indices need another \
          kind of design"
     )]
     Trajectories,
-    /// Rows that are analysed as any rows are whether or not it is asked for.
+    /// Rows that are analysed as any rows are whether or not it is requested.
     #[error(
         "only the rows of a `saltelli` design can be analysed as any rows are instead; those of this one are anyway: leave `given` out"
     )]

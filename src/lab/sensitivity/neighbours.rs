@@ -16,7 +16,7 @@ pub(super) struct Neighbours {
     pub hypercube: bool,
     /// Whether rows fill every factor's classes evenly in the others.
     pub even: bool,
-    /// Rows at the place of another row; 0 where rows are drawn, as drawn ones may meet.
+    /// Rows at the place of another row; 0 if rows are drawn, as drawn ones may meet.
     pub repeated: usize,
 }
 
@@ -101,7 +101,7 @@ fn refusal(what: &str) -> String {
     )
 }
 
-/// Name of a design whose rows are no independent draws.
+/// Name of a design whose rows are not independent draws.
 fn laid_out(kind: &Kind) -> Option<&'static str> {
     match kind {
         Kind::Random(_) | Kind::LatinHypercube(_) => None,

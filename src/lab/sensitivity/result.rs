@@ -27,7 +27,7 @@ pub struct Sensitivity {
     pub intervals: Intervals,
     /// Notes for the reader, a sentence each.
     pub notes: Vec<String>,
-    /// The outputs, as asked for.
+    /// The outputs, as requested.
     pub outputs: Vec<OutputSensitivity>,
 }
 
@@ -128,7 +128,7 @@ pub struct Index {
     pub factors: Vec<String>,
     /// Value; null if there is none.
     pub value: Option<f64>,
-    /// Ends of its interval; null where there is none.
+    /// Ends of its interval; null if there is none.
     pub interval: Option<[f64; 2]>,
 }
 
@@ -185,7 +185,7 @@ impl Sensitivity {
 /// largest mu* of the output.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Widths {
-    /// The widest of those that more rows narrow; `None` where there is none.
+    /// The widest of those that more rows narrow; `None` if there is none.
     pub widest: Option<f64>,
     /// The widest of Shapley effects that come of as many rows as they ever do.
     pub settled: Option<f64>,

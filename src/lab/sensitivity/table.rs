@@ -16,7 +16,7 @@ pub struct FactorColumn {
     pub values: Vec<f64>,
     /// Whether its values are names, which have no order.
     pub nominal: bool,
-    /// The names, by the numbers that stand for them; empty where it has none.
+    /// The names, by the numbers that stand for them; empty if it has none.
     pub names: Vec<String>,
 }
 

@@ -9,7 +9,7 @@ use super::table::{OutputColumn, Table};
 /// Reason for rows that are not run yet.
 pub const NOT_RUN: &str = "not run yet";
 
-/// Rows that are named of those without an output.
+/// Largest number of listed rows without an output.
 const MOST_NAMED: usize = 1000;
 
 /// The design's rows cut in units of one size.

@@ -30,7 +30,7 @@ pub enum SurrogateError {
         /// For each output its name and the reason.
         reasons: Vec<String>,
     },
-    /// A file that is no model.
+    /// A file that is not a model.
     #[error(
         "{} is no model that can be used: {reason}; `decore surrogate DATASET --output FILE` writes one",
         .path.display()

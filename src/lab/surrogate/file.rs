@@ -124,7 +124,7 @@ fn seal_place(bytes: &[u8]) -> Option<usize> {
 /// Reads a model.
 ///
 /// # Errors
-/// [`SurrogateError::Model`] for a file that cannot be read, is no model, or is not as it was written.
+/// [`SurrogateError::Model`] for a file that cannot be read, is not a model, or is not as it was written.
 pub fn read(path: &Path) -> Result<Model, SurrogateError> {
     let fault = |reason: String| SurrogateError::Model { path: path.to_owned(), reason };
     from_bytes(decore_files::read(path, Limit::ROWS).map_err(|error| fault(error.to_string()))?, path)

@@ -7,9 +7,9 @@ use crate::sensitivity::Table;
 use decore_dataset::DatasetInfo;
 use decore_quantity::Kind;
 
-/// Values of a factor up to which Q2 may deceive. Of an output half of whose variance is one jump, on grids of two factors, rows left out
-/// have a Q2 of 1.00, new places of 0.76 (3 values), 0.83 (4), 0.89 (5 and 6), 0.94 (8) and 0.97 (12) on average; where the jump is all,
-/// twice as much is missing.
+/// Number of values of a factor up to which Q2 may deceive. If half of an output's variance is one jump on a grid of two factors, Q2 is
+/// 1.00 for left-out rows, and on average 0.76 (3 values), 0.83 (4), 0.89 (5 and 6), 0.94 (8) and 0.97 (12) at new places. If the jump is
+/// the whole variance, twice as much is missing.
 const FEW: usize = 12;
 
 /// Returns notes on these rows of the table, a sentence each.

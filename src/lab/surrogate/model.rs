@@ -23,9 +23,9 @@ pub struct Model {
 /// The processes of an output.
 #[derive(Debug, Clone, Default)]
 pub struct OutputModel {
-    /// Of the output; `None` where it is refused.
+    /// Of the output; `None` if it is refused.
     pub process: Option<RowsProcess>,
-    /// Of 1 and -1; `None` where the probability of success is the same everywhere.
+    /// Of 1 and -1; `None` if the probability of success is the same everywhere.
     pub success: Option<RowsProcess>,
     /// The value that all rows have, where that is why there is no process. Not kept in files.
     pub constant: Option<f64>,

@@ -31,7 +31,7 @@ pub struct Surrogate {
     pub level: f64,
     /// Notes for the reader, a sentence each.
     pub notes: Vec<String>,
-    /// The outputs, as asked for.
+    /// The outputs, as requested.
     pub outputs: Vec<OutputSurrogate>,
 }
 
@@ -57,7 +57,7 @@ pub struct OutputSurrogate {
     /// Reason why there is no polynomial chaos, e.g. too few rows, or a term that depends on a single row; null if there is one.
     #[serde(default)]
     pub chaos_refused: Option<String>,
-    /// The probability that a row has the output; null where all rows have it.
+    /// The probability that a row has the output; null if all rows have it.
     pub success: Option<SuccessFigures>,
     /// Median of the standard deviations that the rows' twins showed, in the output's unit; null without twins.
     pub twin_scatter: Option<f64>,
@@ -96,12 +96,12 @@ pub struct ProcessFigures {
     /// all are separate. 0 in files of older models.
     #[serde(default)]
     pub groups: u64,
-    /// Share of the variance that is predicted of rows that are left out, one group at a time.
+    /// Share of the variance that is predicted for left-out rows, one group at a time.
     pub q2: f64,
-    /// The same with a tenth of the groups left out at a time (one at a time of fewer than 20) and lengths and noise fitted anew: the
+    /// The same with a tenth of the groups left out at a time (one at a time of fewer than 20) and lengths and noise fitted again: the
     /// honest one; null for more than 320 rows, where it makes no difference.
     pub q2_folds: Option<f64>,
-    /// Root mean square of the errors of rows that are left out, one group at a time, in the output's unit.
+    /// Root mean square of the errors of left-out rows, one group at a time, in the output's unit.
     pub rms_error: f64,
     /// Standard deviations that an interval reaches to both sides.
     pub reach: f64,
@@ -114,7 +114,7 @@ pub struct ChaosFigures {
     pub degree: usize,
     /// Number of terms.
     pub terms: usize,
-    /// Share of the variance that is predicted of rows that are left out, one group of the process at a time.
+    /// Share of the variance that is predicted for left-out rows, one group of the process at a time.
     pub q2: f64,
 }
 
@@ -124,16 +124,16 @@ pub struct ChaosFigures {
 pub struct SuccessFigures {
     /// Share of the rows that have the output.
     pub share: f64,
-    /// The probability that holds everywhere; null where it depends on the place.
+    /// The probability that holds everywhere; null if it depends on the place.
     pub everywhere: Option<f64>,
-    /// The process of 1 and -1; null where there is none.
+    /// The process of 1 and -1; null if there is none.
     pub process: Option<ProcessFigures>,
     /// Slope and offset; null without a process.
     pub scaling: Option<[f64; 2]>,
 }
 
 impl ProcessFigures {
-    /// The smaller of both shares that are predicted; NaN where one is, which is worse than any.
+    /// The smaller of both shares that are predicted; NaN if one is, which is worse than any.
     pub fn least_q2(&self) -> f64 {
         match self.q2_folds {
             Some(folds) if folds.is_nan() || folds < self.q2 => folds,

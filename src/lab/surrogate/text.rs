@@ -83,7 +83,7 @@ impl Surrogate {
     }
 }
 
-/// Q2 in words, of a process of so many rows.
+/// Q2 in words, of a process with this number of rows.
 fn q2_words(process: &ProcessFigures, rows: u64) -> String {
     let (q2, groups) = (process.q2, process.groups);
     let places = if process.places == 0 { rows } else { process.places };

@@ -6,7 +6,7 @@
 const WORDS: usize = 31;
 /// Distance of the second word in the sum.
 const SEPARATION: usize = 3;
-/// Draws that are left out after seeding.
+/// Number of draws that are skipped after seeding.
 const DISCARDED: usize = 10 * WORDS;
 
 /// The generator; of words that are all the same until it is seeded.

@@ -4,7 +4,7 @@
 //! positive semidefinite M, none below 0: DOFs without mass only add zeros. The basis V stays orthonormal to rounding, so the
 //! modes from `V' C V` are orthogonal in K and M to rounding however far the iteration went, and eigenvalues converge with
 //! the square of the residual. Blocks find repeated eigenvalues; the number of eigenvalues that must be there comes from the
-//! inertia of `K - limit M`, and the iteration goes on, with new random directions where needed, until all are found.
+//! inertia of `K - limit M`, and the iteration continues, with new random directions where needed, until all are found.
 
 use faer::linalg::matmul::matmul;
 use faer::{Accum, MatMut, MatRef, Par};

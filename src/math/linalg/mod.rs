@@ -50,7 +50,7 @@ pub enum LinalgError {
     Incomplete {
         /// Eigenvalues found.
         found: usize,
-        /// Eigenvalues that are there.
+        /// Number of existing eigenvalues.
         counted: usize,
     },
     /// The eigenvalue iteration did not converge.

@@ -38,7 +38,7 @@ const RIGID_STIFFNESS_RATIO: f64 = 10.0;
 const RIGID_FREQUENCY_RATIO: f64 = 2.0;
 
 impl HammerParameters {
-    /// Whether the chisel goes on bouncing between piston and nose when little moves it: errors of many small bounces then add up until
+    /// Whether the chisel keeps bouncing between piston and nose when little moves it: errors of many small bounces then add up until
     /// the first impact.
     pub fn chisel_chatters(&self) -> bool {
         let (cylinder, piston) = (1.0 / self.telescope.cylinder_mass_kg, 1.0 / self.piston.mass_kg);

@@ -328,7 +328,7 @@ impl<S: InLanes<R>, P: Stepper<S, R>, R: Number> Integrator<S, P, R> {
             step.theta_end = theta;
             observers[at].step(system.row(at), &step);
         }
-        // The rate at the end is the first of the next step; after an event it will be computed anew.
+        // The rate at the end is the first of the next step; after an event it will be computed again.
         if self.lanes.iter().all(|lane| !lane.is_running() || lane.accepted.is_some()) {
             std::mem::swap(&mut self.y, &mut self.y_new);
             self.rates.copy_within(last, 0);

@@ -27,7 +27,7 @@ pub struct BatchSettings<'a> {
     pub threads: usize,
     /// Reorder window: at most this many rows are started beyond the oldest one that is not yet handed over (at least 1).
     ///
-    /// It bounds the memory (outcomes held) and the time for which a single long row can go on without the other
+    /// It bounds the memory (outcomes held) and the time for which a single long row can continue without the other
     /// threads running dry: `window` times a usual row's time, divided by the other threads. Default
     /// [`DEFAULT_WINDOW`]: some ten megabytes of outcomes.
     pub window: u64,
@@ -60,7 +60,7 @@ pub enum BatchError<E: std::error::Error + 'static> {
          `ulimit -v`, `ulimit -u`)"
     )]
     Threads {
-        /// Number asked for.
+        /// Requested number.
         threads: usize,
         /// Cause.
         #[source]
@@ -134,7 +134,8 @@ pub fn run_one_by_one(rows: &mut dyn RowSource, run: impl Fn(u64) -> RowOutcome)
 /// first rows without a gap.
 ///
 /// # Errors
-/// [`BatchError::ThreadCount`]; [`BatchError::Threads`]; [`BatchError::Sink`] with the sink's first error, after which no more rows are started.
+/// [`BatchError::ThreadCount`]; [`BatchError::Threads`]; [`BatchError::Sink`] with the sink's first error, after which no more rows are
+/// started.
 pub fn run_batch<T: RowTask, E: std::error::Error + 'static>(
     rows: impl Iterator<Item = u64> + Send,
     settings: &BatchSettings<'_>,

@@ -11,7 +11,7 @@ use crate::metrics::RunMetrics;
 use crate::scene::Scene;
 use crate::system::{Coupled, CoupledModel, PlacedModes};
 
-/// Times such a row is run again unless another number is asked for.
+/// Default number of retries of such a row.
 pub const DEFAULT_RETRIES: u32 = 1;
 /// Factor on the tolerance from one time to the next.
 pub const TIGHTENING: f64 = 0.01;

@@ -15,7 +15,7 @@ named! {
     pub enum RowStatus {
         /// Simulated to its end, and the audits hold.
         Done = "done",
-        /// Simulated to its end, but the audit of energies or of chambers fails: the outputs are there, and doubtful.
+        /// Simulated to its end, but the audit of energies or chambers fails. The outputs exist, but are doubtful.
         AuditFailed = "audit_failed",
         /// The row's parameters describe no scene that can be simulated.
         Invalid = "invalid",

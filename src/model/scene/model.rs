@@ -152,7 +152,7 @@ parameters! { file
             #[serde(skip_serializing_if = "Vec::is_empty")]
             pub signals: Vec<String>,
             /// Further interface points of the structure, whose vertical motion is among the signals, e.g. `point_R3_velocity_m_s`.
-            /// The reduction keeps them and the selection of modes heeds them: a row's other values change by less than the
+            /// The reduction keeps them and the selection of modes considers them: a row's other values change by less than the
             /// tolerances of both allow. Default: none.
             #[serde(skip_serializing_if = "Vec::is_empty")]
             pub points: Vec<String>,
@@ -217,7 +217,7 @@ parameters! { file
 }
 
 parameters! {
-    /// All that one run needs besides the reduced structure.
+    /// All data of one run except the reduced structure.
     #[derive(Debug, Clone, PartialEq)]
     pub struct Scene {
         own {
@@ -240,7 +240,7 @@ parameters! {
 }
 
 impl Scene {
-    /// Whether the hammers' guides are tied to their mounts, when `guide` is asked for.
+    /// Whether the hammers' guides are tied to their mounts, when `guide` is requested.
     pub fn ties(&self, guide: Guide) -> bool {
         match guide {
             Guide::Tied => true,

@@ -142,7 +142,7 @@ const REFERENCE: Preset = Preset {
     station_basis_hz: 20_000.0,
 };
 
-/// Factor on a preset's tolerance where a chisel goes on bouncing ([`HammerParameters::chisel_chatters`]).
+/// Factor on a preset's tolerance where a chisel keeps bouncing ([`HammerParameters::chisel_chatters`]).
 ///
 /// Bounces of micrometres are small compared with the scale of a position, so the error of a step is a large part of them. Over random
 /// scenes with Hunt-Crossley between piston and chisel, the error of the first impact's energy is 2e-4 at the tolerance of `standard`, and

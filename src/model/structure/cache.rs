@@ -161,7 +161,7 @@ impl<'a> CachedReduction<'a> {
         }
     }
 
-    /// The structure; `None` where its parts do not fit together or are no reduction.
+    /// The structure; `None` if its parts do not fit together or are not a reduction.
     fn into_structure(self, points: InterfacePoints) -> Option<ReducedStructure> {
         let Self { n_z, n_b, .. } = self;
         let matrix = |rows: usize, values: Cow<'_, [f64]>| {

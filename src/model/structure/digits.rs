@@ -11,7 +11,7 @@ use sprs::CsMat;
 const SAMPLE: usize = 2000;
 /// Fewest different values for a conclusion.
 const LEAST_VALUES: usize = 30;
-/// Digits up to which a stiffness is said to have few.
+/// Largest number of digits for a warning.
 const FEW: usize = 8;
 /// Fewest digits for a warning: round numbers of a handmade model have fewer.
 const LEAST: usize = 4;

@@ -57,7 +57,7 @@ pub struct ElasticSettings {
     pub cutoff_hz: f64,
     /// Damping of the elastic modes; a list starts at the first of them.
     pub damping: Damping,
-    /// Radius in m of the areas that stand for points.
+    /// Radius in m of the points' areas.
     pub point_radius_m: f64,
 }
 
@@ -338,7 +338,7 @@ impl ElasticBody {
     }
 }
 
-/// The six rigid motions by labels and coordinates, mass-normalised; `None` where the stiffness resists them. They are exact where an
+/// The six rigid motions by labels and coordinates, mass-normalised; `None` if the stiffness resists them. They are exact where an
 /// eigensolver finds them to the rounding of the stiffness only.
 fn rigid_motions(model: &FeModel, centre: [f64; 3], rows: &[u32]) -> Option<DMatrix<f64>> {
     let mut motions = DMatrix::zeros(model.order(), 6);

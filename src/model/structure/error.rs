@@ -49,7 +49,7 @@ pub enum StructureError {
     /// A name that the table of interface points does not have.
     #[error("unknown interface point \"{name}\"{}", suggestion(nearest))]
     UnknownPoint {
-        /// The name asked for.
+        /// Requested name.
         name: String,
         /// The nearest known name.
         nearest: Option<String>,
@@ -59,9 +59,9 @@ pub enum StructureError {
         "interface point \"{point}\": direction {dof} is not in the reduced structure (kept: {kept}); add it to the interface"
     )]
     DofNotKept {
-        /// The point asked for.
+        /// Requested point.
         point: String,
-        /// The direction asked for.
+        /// Requested direction.
         dof: String,
         /// The directions that are kept, separated by blanks.
         kept: String,
@@ -93,9 +93,9 @@ pub enum StructureError {
          hammers' housings are added to the machine (`housings = \"add\"`)"
     )]
     NoSuchDof {
-        /// The point asked for.
+        /// Requested point.
         point: String,
-        /// The direction asked for.
+        /// Requested direction.
         dof: String,
         /// The directions that the model has there, separated by blanks.
         known: String,
@@ -107,9 +107,9 @@ pub enum StructureError {
          hammers' housings are added to the machine (`housings = \"add\"`)"
     )]
     EmptyDof {
-        /// The point asked for.
+        /// Requested point.
         point: String,
-        /// The direction asked for.
+        /// Requested direction.
         dof: String,
         /// Row of the matrices, counted from 1.
         row: usize,
@@ -117,7 +117,7 @@ pub enum StructureError {
     /// No mode lies below the cut-off.
     #[error("no mode below {cutoff_hz} Hz; the lowest lies at {lowest_hz:.4} Hz: raise the cut-off frequency")]
     NoModes {
-        /// The cut-off asked for, in Hz.
+        /// Requested cut-off, in Hz.
         cutoff_hz: f64,
         /// The lowest natural frequency, in Hz.
         lowest_hz: f64,

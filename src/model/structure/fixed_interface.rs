@@ -29,13 +29,13 @@ const INCOMPLETE: &str = "the matrices may be indefinite or badly scaled: check 
 
 /// Contribution of the inner DOFs, in the order of their pencil.
 pub(super) struct Inner {
-    /// Squared circular frequencies of the fixed-interface modes, rising; 0 but for rounding for free motions.
+    /// Squared circular frequencies of the fixed-interface modes, rising; 0 except for rounding for free motions.
     pub omega_squared: Vec<f64>,
     /// Mass-normalised fixed-interface modes.
     pub psi: DMatrix<f64>,
     /// Constraint modes `G = -K_oo^-1 K_ob`.
     pub constraint: DMatrix<f64>,
-    /// Shift in 1/s2 that made the inner stiffness regular; 0 where none was needed.
+    /// Shift in 1/s2 that made the inner stiffness regular; 0 if none was needed.
     pub shift: f64,
     /// Columns of the Lanczos basis.
     pub basis: usize,

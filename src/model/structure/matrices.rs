@@ -11,8 +11,8 @@ pub struct ModelMatrices {
     pub mass: CsMat<f64>,
     /// Stiffness, positive semidefinite.
     pub stiffness: CsMat<f64>,
-    /// Viscous damping, where the model has one.
+    /// Viscous damping, if the model has one.
     pub damping: Option<CsMat<f64>>,
-    /// One label per row; empty where the rows have none.
+    /// One label per row; empty if the rows have none.
     pub labels: Vec<DofLabel>,
 }

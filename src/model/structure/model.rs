@@ -33,7 +33,7 @@ const SAME_PLACE: f64 = 2e-3;
 pub struct FeModel {
     matrices: ModelMatrices,
     points: InterfacePoints,
-    /// Rows of the six DOFs of every point; `None` where the model has no such DOF.
+    /// Rows of the six DOFs of every point; `None` if the model has no such DOF.
     rows: Vec<PointRows>,
     /// Known positions of nodes in m: from the list of rows and the interface points.
     positions_m: BTreeMap<i64, [f64; 3]>,
@@ -170,7 +170,7 @@ impl FeModel {
         &self.matrices.stiffness
     }
 
-    /// The damping matrix, both triangles, where the model has one.
+    /// The damping matrix, both triangles, if the model has one.
     pub fn damping(&self) -> Option<&CsMat<f64>> {
         self.matrices.damping.as_ref()
     }
@@ -238,7 +238,7 @@ fn fault(file: &str, reason: String) -> StructureError {
     StructureError::Matrix { file: file.to_owned(), reason }
 }
 
-/// Square, finite, symmetric but for rounding; the mean of mirrored entries is taken.
+/// Square, finite, symmetric except for rounding; the mean of mirrored entries is taken.
 fn sound(file: &str, matrix: CsMat<f64>) -> Result<CsMat<f64>, StructureError> {
     if matrix.rows() != matrix.cols() {
         return Err(fault(file, format!("not square: {} rows, {} columns", matrix.rows(), matrix.cols())));

@@ -41,7 +41,7 @@ pub(super) struct RigidMotions {
 }
 
 impl RigidMotions {
-    /// By the labels of the rows; `None` where there are none.
+    /// By the labels of the rows; `None` if there are none.
     pub fn new(model: &FeModel) -> Option<Self> {
         if model.labels().is_empty() {
             return None;

@@ -49,7 +49,7 @@ pub(super) struct OwnModes {
     elastic: DMatrix<f64>,
     /// Interface shapes of the rigid-body motions, scaled by mass (n_b x motions).
     rigid: DMatrix<f64>,
-    /// Damping over both, the elastic ones first, where the structure brings its own.
+    /// Damping over both, the elastic ones first, if the structure brings its own.
     damping: Option<DMatrix<f64>>,
 }
 
@@ -181,7 +181,7 @@ impl OwnModes {
     }
 
     /// `sum phi phi'` over all modes with bodies of that mass factor, at some combinations of interface rows: `S (N + U U')^-1 S'`. With
-    /// `N^-1/2 U = Q T` it is `Y Y' + Z (I + T T')^-1 Z'`, `Z = S N^-1/2 Q`, `Y = S N^-1/2 - Z Q'`. `None` where the structure floats or
+    /// `N^-1/2 U = Q T` it is `Y Y' + Z (I + T T')^-1 Z'`, `Z = S N^-1/2 Q`, `Y = S N^-1/2 - Z Q'`. `None` if the structure floats or
     /// a mode has no mass.
     ///
     /// # Errors
@@ -237,7 +237,7 @@ impl OwnModes {
         Ok(Some(rates.zip(&modes.omega_rad_s).map(ratio).collect()))
     }
 
-    /// The lowest frequency of the machine with bodies, in Hz; 0 where it floats.
+    /// The lowest frequency of the machine with bodies, in Hz; 0 if it floats.
     ///
     /// # Errors
     /// As for [`OwnModes::with_bodies`].

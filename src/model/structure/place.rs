@@ -8,7 +8,7 @@ use std::collections::HashMap;
 use super::label::{DofLabel, SCALAR};
 use super::points::{DOF_NAMES, InterfacePoint, InterfacePoints, PointPlace};
 
-/// Rows of the six DOFs of a point; `None` where the model has no such DOF.
+/// Rows of the six DOFs of a point; `None` if the model has no such DOF.
 pub(super) type PointRows = [Option<usize>; 6];
 
 /// Returns an error if a node of a point has a direction twice. Other labels may repeat: CalculiX gives the nodes that it makes of shells
@@ -88,13 +88,13 @@ fn rows_of_node(
     Ok(rows)
 }
 
-/// The rows of the matrices: their labels, none where there are no labels, and their number.
+/// The rows of the matrices: their labels, none if there are no labels, and their number.
 struct RowLabels<'a> {
     labels: &'a [DofLabel],
     order: usize,
 }
 
-/// Consecutive rows from `first` on: as many as were asked for, all of one node; or all that the node has.
+/// Consecutive rows from `first` on: as many as were requested, all of one node; or all that the node has.
 fn rows_from(
     name: &str,
     first: usize,

@@ -29,7 +29,7 @@ pub(super) struct Shown {
     pub rigid: usize,
     /// Frequency of the lowest elastic mode in Hz, where that was looked for.
     pub lowest_hz: Option<f64>,
-    /// Frequency in Hz below which modes were looked for, where there is none.
+    /// Frequency in Hz below which modes were looked for, if there is none.
     pub none_below_hz: Option<f64>,
     /// Condition number of the stiffness scaled to a diagonal of 1, where it is known.
     pub condition: Option<f64>,

@@ -79,7 +79,7 @@ impl InterfacePoints {
     /// Reads a CSV table with the columns `name`, `x_m`, `y_m`, `z_m`, if wanted `role`, and, for finite element matrices, where the
     /// point is: `first_row_0based` (row of its x displacement; with `dofs` 3 or 6, which only rows with labels can do
     /// without), or `node` (for matrices with labels; with `rotation_node` where the rotations have a node of their own,
-    /// empty where not). Other columns are an error.
+    /// empty if not). Other columns are an error.
     ///
     /// # Errors
     /// File, line and reason.

@@ -57,7 +57,7 @@ pub struct ModePair {
     pub relative_error: Option<f64>,
     /// Modal assurance criterion of the two shapes over all rows, weighted by mass: 1 for the same shape.
     pub mac: f64,
-    /// Share of the total mass that moves along x, y, z with the mode, full model; none where the directions of the rows are
+    /// Share of the total mass that moves along x, y, z with the mode, full model; none if the directions of the rows are
     /// not known.
     pub effective_mass_full: Option<[f64; 3]>,
     /// The same of the reduced structure.
@@ -117,7 +117,7 @@ pub struct QualityReport {
     /// Centre of mass in m, where every node with mass has a known place.
     pub centre_of_mass_m: Option<[f64; 3]>,
     /// Nodes with mass whose place is not known, and all nodes with mass, where there is no centre of mass and the directions of the
-    /// rows are known; the first is 0 where there is no mass along x or y.
+    /// rows are known; the first is 0 if there is no mass along x or y.
     pub nodes_without_place: Option<[usize; 2]>,
     /// Doubtful properties: units, labels, exchanged matrices, directions without mass.
     pub remarks: Vec<String>,
@@ -299,7 +299,7 @@ fn full_model(
     Ok(Full { inner, shapes, flexibility })
 }
 
-/// Modes of the reduced structure that have a finite frequency; all but the first `damped` bring their receptance undamped.
+/// Modes of the reduced structure that have a finite frequency; all except the first `damped` bring their receptance undamped.
 fn reduced_modes(reduction: &Reduction, damped: usize) -> Result<Shapes, StructureError> {
     const STEP: &str = "modes of the reduced structure";
     let shift = TAU * TAU;

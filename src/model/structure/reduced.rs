@@ -148,7 +148,7 @@ impl ReducedStructure {
         &self.k_zz
     }
 
-    /// Reduced damping `D_zz` (n_z x n_z), where the structure brings its own.
+    /// Reduced damping `D_zz` (n_z x n_z), if the structure brings its own.
     pub fn d_zz(&self) -> Option<&DMatrix<f64>> {
         self.d_zz.as_ref()
     }

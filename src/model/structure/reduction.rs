@@ -46,7 +46,7 @@ pub struct ReductionFacts {
     pub factor_len: usize,
     /// Columns of the Lanczos basis.
     pub lanczos_basis: usize,
-    /// Frequency of the shift in Hz that made the inner stiffness regular; 0 where none was needed.
+    /// Frequency of the shift in Hz that made the inner stiffness regular; 0 if none was needed.
     pub shift_hz: f64,
     /// Estimated condition number of the inner stiffness in the 1-norm, where asked for.
     pub inner_condition: Option<f64>,
@@ -209,7 +209,7 @@ fn project(
     Ok(ReducedMatrices { m_zz, k_zz, d_zz: None, transfer })
 }
 
-/// `D_zz = T' D T`, where the model has a damping matrix.
+/// `D_zz = T' D T`, if the model has a damping matrix.
 fn damping(
     model: &FeModel,
     pencil: &SymmetricPencil,

@@ -12,7 +12,8 @@
 //! `tolerance * F_nn`, F the static flexibility of the modes. By Cauchy and Schwarz the error of every receptance between two
 //! rows n, m is then within `tolerance * sqrt(F_nn F_mm)` at all frequencies of the band.
 //!
-//! Modes above an edge that are only known together ([`TruncatedModes`]) are dropped. With `phi^2 g = (phi / omega)^2 h(omega)`, where h falls
+//! Modes above an edge that are only known together ([`TruncatedModes`]) are dropped. With `phi^2 g = (phi / omega)^2 h(omega)`, where h
+//! falls
 //! with the frequency above the band, theirs is at most `h(edge) R_nn`, R their static flexibility.
 
 use std::f64::consts::TAU;

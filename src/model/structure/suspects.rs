@@ -71,7 +71,7 @@ pub(super) fn remarks(model: &FeModel, mass_kg: Option<[f64; 3]>) -> Vec<String>
 
 /// Diagonals of nodes.
 struct Nodes {
-    /// Stiffness and mass per node and direction; 0 where a node has none.
+    /// Stiffness and mass per node and direction; 0 if a node has none.
     nodes: Vec<(usize, [f64; 6], [f64; 6])>,
 }
 
@@ -182,7 +182,7 @@ fn rotation_nodes(model: &FeModel) -> Option<String> {
     })
 }
 
-/// Distance in m from the node of a row to the nearest node that it is coupled to; none where no places are known. The places of nodes that
+/// Distance in m from the node of a row to the nearest node that it is coupled to; none if no places are known. The places of nodes that
 /// CalculiX expands to shells and beams do not tell their distances, so `places` is without them.
 fn nearest_m(model: &FeModel, places: &BTreeMap<i64, [f64; 3]>, row: usize) -> Option<f64> {
     let own = model.labels().get(row)?;

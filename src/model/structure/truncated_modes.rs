@@ -48,7 +48,7 @@ impl ReductionDemand<'_> {
         saves.then(|| omega(first))
     }
 
-    /// The modes below the edge with those that stand for the rest; `None` where the rest errs by more than half the tolerance.
+    /// The modes below the edge with those that stand for the rest; `None` if the rest errs by more than half the tolerance.
     ///
     /// # Errors
     /// No convergence.

@@ -1,6 +1,6 @@
 //! Dissipation of condensed modes, `int sum 2 xi omega x'^2 dt`, from their velocities and damping alone.
 //!
-//! The velocities of condensed modes are no states. They are followed separately, from node to node at the middles of equal intervals `h`.
+//! The velocities of condensed modes are not states. They are followed separately, from node to node at the middles of equal intervals `h`.
 //! For an oscillation that is read more than once per period, equal weights give the mean exactly. The remaining error comes from the ends
 //! of the run, where the modes hardly move. With the repeated integrals `z` of the forces since the last node, which `moments` carries,
 //!
@@ -233,7 +233,8 @@ mod tests {
         1.0 - (-ratio * omega * t).exp() * (cosine + ratio * omega / damped * sine)
     }
 
-    /// Under constant forces the power at every node, displacements of slow modes and the energy up to the end are those of the closed form, whatever the number of
+    /// Under constant forces the power at every node, displacements of slow modes and the energy up to the end are those of the closed
+    /// form, whatever the number of
     /// points that loops are unrolled for: modes of several blocks, fast ones that need all coefficients and slow ones that need few.
     #[test]
     fn analytic_step_forces() {

@@ -49,8 +49,9 @@ pub struct Elements {
 /// Springs in series with the residual flexibility R of the elastic parts that they hold. R has no mass.
 ///
 /// With `d` the elongations without R and `F_c` the forces of contacts, the springs' forces are `F = S d + B d' - S R_sc F_c`,
-/// `S = (I + K R)^-1 K`, and to first order in the time constant `R c` `B = (I + K R)^-1 C (I + R K)^-1`. `d' S d / 2` is the energy of springs
-/// and residual flexibility. The term of the contacts is part of their rows: `r_c - R_cs S r_s` in the place of `r_c`.
+/// `S = (I + K R)^-1 K`, and to first order in the time constant `R c` `B = (I + K R)^-1 C (I + R K)^-1`. `d' S d / 2` is the energy of
+/// springs
+/// and residual flexibility. The term of the contacts is part of their rows: `r_c - R_cs S r_s` in place of `r_c`.
 #[derive(Debug, Clone)]
 pub(super) struct Series {
     /// S, springs x springs.

@@ -52,7 +52,7 @@ impl<R: Number> ForceIntegrals<R> {
         self.next_s.put(lane, &damping.node_s(0));
     }
 
-    /// Follows a step; at each node of a lane its integrals are shown, which gives the time of the next node, and begin anew.
+    /// Follows a step; at each node of a lane its integrals are shown, which gives the time of the next node, and begin again.
     pub fn follow(&mut self, taken: &Taken<'_, R>, mut at_node: impl FnMut(usize, &[f64]) -> f64) {
         let (mut from, mut first, mut begun) = (R::splat(0.0), true, R::Mask::default());
         loop {
@@ -78,7 +78,7 @@ struct Passage<'p, 't, R: Number> {
     from: R,
     /// Whether it is the first of the step.
     first: bool,
-    /// Lanes in which the integrals begin anew there.
+    /// Lanes in which the integrals begin again there.
     begun: R::Mask,
 }
 

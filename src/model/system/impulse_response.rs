@@ -77,7 +77,7 @@ fn fastest(modes: &Modes) -> f64 {
 pub(super) struct Collocation(DMatrix<f64>);
 
 impl Collocation {
-    /// Coefficients for `gamma_1` to `gamma_count`; the equation gives all but the first.
+    /// Coefficients for `gamma_1` to `gamma_count`; the equation gives all except the first.
     pub fn new(count: usize) -> Self {
         let sought = count.saturating_sub(1);
         let point = |i: usize| 0.5 - 0.5 * libm::cos((i as f64 + 0.5) * std::f64::consts::PI / sought as f64);
@@ -121,7 +121,7 @@ pub(super) struct Condensation {
     /// Largest magnitude of an eigenvalue of a mode, rad/s.
     pub fastest_rad_s: f64,
     points: usize,
-    /// The modes in groups, the fastest first; all but the last are of whole blocks.
+    /// The modes in groups, the fastest first; all except the last are of whole blocks.
     pub groups: Vec<Group>,
     /// The modes, several together; those that fill the last block up are zero.
     pub blocks: Vec<ModeBlock>,

@@ -27,7 +27,7 @@ pub struct Shape {
     laws: Vec<Discriminant<ContactLaw>>,
 }
 
-/// Properties of a part that rows must share. Condensed modes are no states: rows may differ in their number.
+/// Properties of a part that rows must share. Condensed modes are not states: rows may differ in their number.
 #[derive(Debug, Clone, PartialEq)]
 struct PartShape {
     id: PartId,

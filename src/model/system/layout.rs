@@ -53,7 +53,7 @@ const _: () = assert!(HammerQuadrature::COUNT == chamber::COUNT);
 /// Sizes and offsets of the state vector.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Layout {
-    /// Numbers of states of the flexible blocks: in the place of displacements, in the place of velocities.
+    /// Numbers of states of the flexible blocks: in place of displacements, in place of velocities.
     pub flexible: [usize; 2],
     /// Coordinates of the rigid parts.
     pub bodies: usize,
@@ -64,7 +64,7 @@ pub struct Layout {
 }
 
 impl Layout {
-    /// States of flexible blocks in the place of displacements.
+    /// States of flexible blocks in place of displacements.
     #[inline]
     pub fn flexible_displacements(&self) -> Range<usize> {
         0..self.flexible[0]
@@ -76,7 +76,7 @@ impl Layout {
         self.flexible[0] + body
     }
 
-    /// States of flexible blocks in the place of velocities.
+    /// States of flexible blocks in place of velocities.
     #[inline]
     pub fn flexible_velocities(&self) -> Range<usize> {
         let start = self.velocities();

@@ -19,7 +19,7 @@ pub(super) struct Modes {
 pub(super) struct Motion<'a, R> {
     pub displacement: &'a mut [R],
     pub velocity: &'a mut [R],
-    /// Of the first points only, as many as are asked for.
+    /// Of the first points only, as many as are requested.
     pub acceleration: &'a mut [R],
 }
 

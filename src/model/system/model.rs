@@ -70,7 +70,7 @@ pub struct CoupledModel {
     pub(super) scales: Vec<f64>,
     /// Components of the state that each contact's guard depends on.
     pub(super) supports: Vec<Vec<usize>>,
-    /// Penetration (its offset not subtracted) and rate of each contact as sums of components; `None` where a point of a flexible
+    /// Penetration (its offset not subtracted) and rate of each contact as sums of components; `None` if a point of a flexible
     /// part takes part.
     pub(super) sums: Vec<Option<WeightedPair>>,
     pub(super) ambient_pressure_pa: f64,
@@ -145,7 +145,7 @@ impl CoupledModel {
         }
     }
 
-    /// Penetration of a contact, its offset not subtracted, and its rate as sums of components of the state; `None` where a point of a
+    /// Penetration of a contact, its offset not subtracted, and its rate as sums of components of the state; `None` if a point of a
     /// flexible part takes part.
     pub fn contact_sums(&self, contact: usize) -> Option<&[Vec<(usize, f64)>; 2]> {
         self.sums[contact].as_ref()
@@ -183,7 +183,7 @@ impl CoupledModel {
         &self.initial
     }
 
-    /// Displacement and velocity of a point as sums of components of the state; `None` where it follows condensed modes.
+    /// Displacement and velocity of a point as sums of components of the state; `None` if it follows condensed modes.
     pub fn point_sums(&self, point: PointId) -> Option<[Vec<(usize, f64)>; 2]> {
         let mut sums: WeightedPair = Default::default();
         if let Some((place, at)) = self.watched(point) {

@@ -2,7 +2,7 @@
 //!
 //! A base holds for one horizon, in which the fastest mode turns by 4 rad. Modes of a half, a quarter or an eighth of its frequency
 //! keep a base of their own for twice, four or eight times as long. At the bases in between, a group's part of the free motion of
-//! the points is only written anew, as a polynomial of the time from there. With `d_j[n]` its derivatives at the base, `D` the time
+//! the points is only written again, as a polynomial of the time from there. With `d_j[n]` its derivatives at the base, `D` the time
 //! from the base to the next, `z` the integrals of the forces over it and the group's own `Gamma`:
 //!
 //! ```text
@@ -170,7 +170,7 @@ impl RebaseGroup {
         &own[..count]
     }
 
-    /// The group's own base is that of all from now on: its integrals, which are not read then, begin anew with the next base of all.
+    /// The group's own base is that of all from now on: its integrals, which are not read then, begin again with the next base of all.
     pub fn begin(&mut self) {
         self.since_s = 0.0;
     }

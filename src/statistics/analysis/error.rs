@@ -11,7 +11,7 @@ pub enum AnalysisError {
         /// The value.
         value: f64,
     },
-    /// All values are the same but for rounding: there is no variance to share out.
+    /// All values are the same except for rounding: there is no variance to share out.
     #[error("it is constant ({value}): there is no variance to share out")]
     Constant {
         /// The value.

@@ -10,7 +10,7 @@ use decore_math::random::{Stream, below, hash};
 pub struct Estimate {
     /// The figure.
     pub value: f64,
-    /// Ends of its interval; `None` where none was asked for, or a replicate had no value.
+    /// Ends of its interval; `None` if none was requested, or a replicate had no value.
     pub interval: Option<[f64; 2]>,
 }
 
@@ -30,9 +30,9 @@ pub struct Bootstrap {
 }
 
 impl Bootstrap {
-    /// Probability of an interval unless another is asked for.
+    /// Default probability of an interval.
     pub const LEVEL: f64 = 0.95;
-    /// Replicates at least, where there are any: the ends of fewer are no interval.
+    /// Replicates at least, if there are any: the ends of fewer are no interval.
     pub const LEAST_REPLICATES: usize = 20;
 
     /// Number of draws of each of `units` in a replicate.

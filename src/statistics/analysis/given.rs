@@ -20,7 +20,7 @@ pub struct GivenIndices {
     pub rank: Estimate,
     /// Correlation ratio of classes: `1 - (1 - eta^2) (n - 1) / (n - c)`, `eta^2` the share of the variance between c classes, which
     /// are the names or values, or of more than `2 n^(1/3)` values so many classes by the factor's mean ranks, equal values being in
-    /// one (Kelley's unbiased one; 0 where nothing depends).
+    /// one (Kelley's unbiased one; 0 if nothing depends).
     pub correlation_ratio: Estimate,
     /// The same without the correction, `eta^2`. Where rows are laid out evenly in all factors, so are those of each class, whose
     /// means then scatter far less than those of independent rows: the correction would take away what is not there.
@@ -34,7 +34,8 @@ pub struct GivenIndices {
 /// Indices of every factor for an output.
 ///
 /// Intervals of the first three are those of a normal distribution with the standard deviation that halves of the rows, drawn
-/// without replacement, 100 at most, have (the delete-half jackknife: Shao and Wu, Ann. Stat. 17, 1989): rows drawn twice would be each other's
+/// without replacement, 100 at most, have (the delete-half jackknife: Shao and Wu, Ann. Stat. 17, 1989): rows drawn twice would be each
+/// other's
 /// neighbours.
 ///
 /// # Errors

@@ -10,7 +10,7 @@ const MOST_ROWS: usize = 1000;
 /// Stream of the numbers that draw them.
 const ROWS: u64 = 1 << 34;
 
-/// Hilbert-Schmidt independence criterion of a factor and an output, biased (V-statistic): 0 where they are independent.
+/// Hilbert-Schmidt independence criterion of a factor and an output, biased (V-statistic): 0 if they are independent.
 ///
 /// Kernels are Gaussian with the standard deviation of the values, of names 1 where they are equal. Of more than 1000 rows, 1000
 /// drawn by the seed of the intervals without replacement are taken, the same for all factors.

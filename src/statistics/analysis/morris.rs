@@ -103,7 +103,7 @@ fn elementary_effects(values: &[f64], trajectories: Trajectories<'_>) -> Result<
     Ok(effects)
 }
 
-/// The factor that differs between a row and the next; `None` where none does.
+/// The factor that differs between a row and the next; `None` if none does.
 fn moved(factors: &[Vec<f64>], row: usize) -> Result<Option<Move>, AnalysisError> {
     let mut found = None;
     let mut changed = 0;

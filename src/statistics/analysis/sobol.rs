@@ -54,7 +54,7 @@ pub struct SobolIndices {
     pub first: Vec<Estimate>,
     /// Total indices ST, by factor.
     pub total: Vec<Estimate>,
-    /// Second-order indices S2; empty where the design does not serve them.
+    /// Second-order indices S2; empty if the design does not serve them.
     pub second: Vec<PairIndex>,
 }
 

@@ -43,7 +43,7 @@ impl Correlation {
         }
     }
 
-    /// The matrix asked for.
+    /// Requested matrix.
     pub(super) fn asked(&self) -> &[Vec<f64>] {
         &self.asked
     }

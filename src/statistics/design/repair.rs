@@ -124,7 +124,7 @@ struct Allowed {
     /// Second column whose entry moves along to any row: the question is then whether any row can hold both entries.
     beside: Option<usize>,
     entries: Vec<usize>,
-    /// By row and entry; empty where that were too many.
+    /// By row and entry; empty if that were too many.
     known: Vec<Option<bool>>,
 }
 

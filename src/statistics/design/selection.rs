@@ -34,7 +34,7 @@ pub(super) struct Selection {
 }
 
 impl Selection {
-    /// Keeps the blocks of `points` all of whose rows pass; endless designs give as many blocks as were asked for.
+    /// Keeps the blocks of `points` all of whose rows pass; endless designs give as many blocks as were requested.
     ///
     /// The kept blocks do not depend on the wanted number, so a longer design starts with the shorter one.
     pub(super) fn choose(

@@ -68,7 +68,7 @@ impl PolynomialChaos {
     }
 }
 
-/// The terms of a total degree; `None` where they are more than `most`.
+/// The terms of a total degree; `None` if they are more than `most`.
 fn terms(points: &Points, degree: usize, most: usize) -> Option<Vec<Vec<FactorPolynomial>>> {
     let mut terms = vec![(Vec::new(), 0)];
     for (factor, nominal) in points.nominal().iter().enumerate() {

@@ -13,7 +13,7 @@ pub enum RegressionError {
         /// Rows that are needed.
         least: usize,
     },
-    /// All values are the same but for rounding.
+    /// All values are the same except for rounding.
     #[error("it is constant ({value}): there is nothing to model")]
     Constant {
         /// The value.

@@ -155,7 +155,7 @@ impl GaussianProcess {
     }
 
     /// Errors of places that are left out with their groups, a tenth of the groups at a time, or one at a time of fewer than 20, with
-    /// lengths and noise fitted anew without them: of few places, those fitted to all of them are too sure of themselves. `None` for more
+    /// lengths and noise fitted again without them: of few places, those fitted to all of them are too sure of themselves. `None` for more
     /// than 320 places.
     ///
     /// # Errors
@@ -210,7 +210,7 @@ impl GaussianProcess {
         Ok(Self { prior, ..Self::of(places, Fit::new(places, self.kernel, of)?) })
     }
 
-    /// The model for lengths and noise that are given.
+    /// Model for given lengths and noise.
     ///
     /// # Errors
     /// As [`Self::fit`]; [`RegressionError::Parameter`] for a weight or a noise that is negative or not finite;
@@ -436,7 +436,7 @@ pub fn check(points: &Points, values: &[f64]) -> Result<(), RegressionError> {
     constant(values).map_or(Ok(()), |value| Err(RegressionError::Constant { value }))
 }
 
-/// The value that all are but for rounding.
+/// The value that all are except for rounding.
 fn constant(values: &[f64]) -> Option<f64> {
     let low = values.iter().copied().fold(f64::INFINITY, f64::min);
     let high = values.iter().copied().fold(f64::NEG_INFINITY, f64::max);

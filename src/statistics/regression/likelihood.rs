@@ -140,7 +140,7 @@ pub(super) struct Solved {
 /// `Q = C^-1 - b b' / (1' b)`, `b = C^-1 1`: the inverse that knows of the fitted mean.
 pub(super) type Inverse = DMatrix<f64>;
 
-/// A table whose likelihood is asked for.
+/// A table whose likelihood is requested.
 pub(super) struct Likelihood<'a> {
     pub kernel: Kernel,
     pub pairs: &'a Pairs,
@@ -169,7 +169,7 @@ pub(super) fn solve(
 }
 
 impl Likelihood<'_> {
-    /// Minus the logarithm of the posterior density, and its gradient by the logarithms of weights, noise and spread; `None` where the
+    /// Minus the logarithm of the posterior density, and its gradient by the logarithms of weights, noise and spread; `None` if the
     /// correlations have no Cholesky factor.
     pub fn sloped(&self, logarithms: &[f64]) -> Option<Sloped> {
         let factors = self.places.points().factors();

@@ -79,7 +79,7 @@ fn products(first: &[f64], later: &[f64], length: usize) -> Vec<f64> {
     transform.run(lines).into_iter().map(|product| product.re).collect()
 }
 
-/// Correlation coefficient of two signals of equal length; 0 where one does not vary.
+/// Correlation coefficient of two signals of equal length; 0 if one does not vary.
 fn correlation(a: &[f64], b: &[f64]) -> f64 {
     let (a, b) = (centred(a), centred(b));
     let product = |a: &[f64], b: &[f64]| a.iter().zip(b).map(|(a, b)| a * b).sum::<f64>();

@@ -75,9 +75,9 @@ pub struct InvalidRow {
 pub struct FileLocation {
     /// Name of the file as it was given.
     pub file: String,
-    /// Line; `None` where the fault belongs to no line, e.g. a missing table.
+    /// Line; `None` if the fault belongs to no line, e.g. a missing table.
     pub line: Option<usize>,
-    /// Column; `None` where the fault belongs to no line.
+    /// Column; `None` if the fault belongs to no line.
     pub column: Option<usize>,
     /// Text of the line.
     pub source_line: String,

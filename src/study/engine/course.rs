@@ -17,7 +17,7 @@
 //! A sweep ([`sweep`](super::sweep())) is one of the first two states: `decore run` runs missing rows, `decore run --only-failed` failed
 //! ones.
 //!
-//! # What makes it go on
+//! # Repeated commands
 //!
 //! The state follows only from the dataset and the options, never from the memory of a process. Each decision is written to a file before
 //! its first row runs: the number of rows in the manifest of the grown dataset (which replaces the old one in one step), the rows of a

@@ -25,11 +25,11 @@ pub enum SweepEvent<'a> {
         /// Further findings and repairs, in words.
         notes: &'a [String],
     },
-    /// The rows that are left begin.
+    /// The remaining rows begin.
     Begins {
         /// Rows that the dataset is to hold.
         rows: u64,
-        /// Rows that are there from earlier runs.
+        /// Existing rows from earlier runs.
         done: u64,
         /// Of these, rows with another status than done.
         failed: u64,

@@ -113,7 +113,7 @@ impl<'a> Monitor<'a> {
 
     fn write(&self, status: &SweepStatus) {
         // Results do not depend on it; a full disk is reported by those who write results.
-        // A folder made anew meanwhile is another writer's.
+        // A folder rebuilt meanwhile is another writer's.
         if self.beginning.place.is_there() {
             let _ = status.write(self.beginning.place.path());
         }

@@ -161,7 +161,7 @@ impl Engine {
         scene.machine.and_then(|index| self.further.get(index)).unwrap_or(&self.machine)
     }
 
-    /// The outcome of a row, retries and twins included, and its signals every `interval_s`; none where the row describes no
+    /// The outcome of a row, retries and twins included, and its signals every `interval_s`; none if the row describes no
     /// scene.
     ///
     /// # Errors

@@ -67,7 +67,7 @@ impl Engine {
 /// failed rows. Rows with the same factors are run once, see [`Repeats`].
 ///
 /// # Errors
-/// A folder that is in use, holds another study, lies in another dataset, would take the place of the study's files, or cannot be
+/// A folder that is in use, holds another study, lies in another dataset, would replace the study's files, or cannot be
 /// written; a number of threads out of range, or threads that cannot be started.
 pub fn sweep(rows: &dyn RowRunner, folder: &Path, settings: &SweepSettings<'_>) -> Result<SweepStatus, EngineError> {
     let threads = thread_count(settings.threads).map_err(BatchError::from)?;

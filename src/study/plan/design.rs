@@ -92,7 +92,7 @@ impl DesignReader<'_> {
         KindReader { entry: self.entry, drawn, directory: self.around.typed.row_directory() }
     }
 
-    /// The kind of design; `None` where something is at fault.
+    /// The kind of design; `None` if something is at fault.
     fn kind(&mut self) -> Option<DesignChoice> {
         match self.kind_reader().kind() {
             Ok(chosen) => Some(chosen).filter(|_| self.problems.is_empty()),

@@ -85,7 +85,7 @@ impl Scratch {
 }
 
 impl Window {
-    /// Solves the pencil; `None` where its eigenvalues do not converge. `poles` leaves out the window's after this.
+    /// Solves the pencil; `None` if its eigenvalues do not converge. `poles` leaves out the window's after this.
     pub fn new(values: &[f64], columns: &DMatrix<f64>, poles: &mut Poles, centre: f64) -> Option<Self> {
         let (n, r) = columns.shape();
         let first = values.partition_point(|value| *value > centre).saturating_sub(SIZE / 2);

@@ -10,7 +10,7 @@ use crate::structure::label::DofLabel;
 
 /// An exchange format.
 pub(super) struct Format {
-    /// Ends of file names that stand for it, in small letters and without `.gz`.
+    /// File name endings, in small letters and without `.gz`.
     pub endings: &'static [&'static str],
     /// Reads a matrix.
     pub read: fn(&Given) -> Result<Imported, StructureError>,
@@ -28,7 +28,7 @@ pub(super) struct Given<'a> {
     pub name: &'a str,
     /// Expected kind of matrix.
     pub kind: MatrixKind,
-    /// Number of rows by the list of rows, where there is one.
+    /// Number of rows by the list of rows, if there is one.
     pub listed: Option<usize>,
 }
 

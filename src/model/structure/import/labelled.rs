@@ -15,7 +15,7 @@ pub(super) struct LabelledMatrix {
     labels: Vec<DofLabel>,
     known: HashMap<DofLabel, u32>,
     entries: Triplets,
-    /// Columns that the file begins, as places in `labels`; none where its format has only entries.
+    /// Columns that the file begins, as places in `labels`; none if its format has only entries.
     columns: Vec<u32>,
     /// Stored entries according to the file; none: as the entries show.
     pub storage: Option<Storage>,

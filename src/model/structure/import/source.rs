@@ -60,7 +60,7 @@ pub struct ModelFiles {
     pub stiffness: MatrixFile,
     /// Mass.
     pub mass: MatrixFile,
-    /// Viscous damping, where there is one.
+    /// Viscous damping, if there is one.
     pub damping: Option<MatrixFile>,
     /// Labels of the rows; required for CalculiX, and useful if points are given by their nodes.
     pub dofs: Option<PathBuf>,

@@ -244,7 +244,7 @@ fn unit(a: Vector) -> Option<Vector> {
     (length > 0.0).then(|| a.map(|x| x / length))
 }
 
-/// A number of a point or system; blank is the default, where there is one.
+/// A number of a point or system; blank is the default, if there is one.
 fn whole(field: &str, default: Option<i64>) -> Result<i64, String> {
     match (field, default) {
         ("", Some(default)) => Ok(default),

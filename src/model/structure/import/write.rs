@@ -20,7 +20,8 @@ use crate::structure::model::FeModel;
 /// it.
 ///
 /// # Errors
-/// A format that needs labels of rows for a model without them or with some twice, node numbers that Nastran does not have, files that cannot be
+/// A format that needs labels of rows for a model without them or with some twice, node numbers that Nastran does not have, files that
+/// cannot be
 /// written.
 pub fn write_model(model: &FeModel, export: ExportFormat, folder: &Path) -> Result<ModelFiles, StructureError> {
     let labels = model.labels();

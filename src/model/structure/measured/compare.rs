@@ -52,11 +52,11 @@ pub struct MeasuredMode {
     pub mode: Option<usize>,
     /// Frequency of the machine's resonance in Hz, from its responses in the same way as the measured one.
     pub machine_hz: Option<f64>,
-    /// Measured frequency in Hz; none where no resonance was found.
+    /// Measured frequency in Hz; none if no resonance was found.
     pub measured_hz: Option<f64>,
     /// Damping ratio of the machine's resonance, from its responses.
     pub machine_damping_ratio: Option<f64>,
-    /// Measured damping ratio; none where it could not be fitted.
+    /// Measured damping ratio; none if it could not be fitted.
     pub measured_damping_ratio: Option<f64>,
     /// Level of the measured resonance over the machine's in dB, over all responses.
     pub level_db: Option<f64>,
@@ -322,9 +322,9 @@ fn proposals(modes: &ModesAt, compared: &[MeasuredMode], cutoff_hz: f64) -> Vec<
 
 /// Differences that hint at a cause.
 fn remarks(compared: &[MeasuredMode]) -> Vec<String> {
-    /// Frequencies that differ by more than this share are said to.
+    /// Share by which frequencies must differ for a note.
     const FREQUENCY: f64 = 0.01;
-    /// Levels that differ by more than this are said to, dB.
+    /// Difference of levels for a note, dB.
     const LEVEL_DB: f64 = 3.0;
     let mut out = Vec::new();
     let shifts: Vec<(f64, f64)> = compared

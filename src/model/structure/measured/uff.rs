@@ -134,7 +134,7 @@ impl Layout {
     }
 }
 
-/// A data set 58; `None` where it is no frequency response.
+/// A data set 58; `None` if it is not a frequency response.
 fn response(cursor: &mut Cursor, head: &str, scale: Scale) -> Result<Option<MeasuredFrf>, StructureError> {
     let binary = head.trim_start().strip_prefix("58").filter(|rest| rest.starts_with(['b', 'B']));
     let binary = binary.map(|rest| cursor.integers(&rest[1..]));

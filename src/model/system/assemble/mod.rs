@@ -33,7 +33,7 @@ pub enum BuildError {
     NoSuchCasting {
         /// Name of the hammer.
         hammer: String,
-        /// Index asked for.
+        /// Requested index.
         casting: usize,
         /// Castings in the scene.
         castings: usize,
@@ -377,7 +377,7 @@ mod tests {
         assert!(build_placed(&scene, &placed).unwrap().parts[0].block.condensed().is_none());
     }
 
-    /// A point's motion as a sum of states is its motion, be it of a rigid part or of one with modes; condensed modes are no states.
+    /// A point's motion as a sum of states is its motion, be it of a rigid part or of one with modes; condensed modes are not states.
     #[test]
     fn motion_of_points_as_sums_of_states() {
         let (mut scene, modes) = scene();

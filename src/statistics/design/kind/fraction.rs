@@ -174,7 +174,7 @@ pub struct Aliases {
     /// Factors that are products of others, with these.
     pub generators: Vec<(usize, Vec<usize>)>,
     /// Number of products of factors that are 1 in every row, by their number of factors (the word length pattern, from length 0);
-    /// `None` where there are too many to count.
+    /// `None` if there are too many to count.
     pub word_lengths: Option<Vec<usize>>,
     /// Confounded effects of one or two factors, main effects first; clear effects are left out.
     pub chains: Vec<Vec<Vec<usize>>>,
@@ -204,7 +204,7 @@ impl Aliases {
         }
     }
 
-    /// Length of the shortest word; `None` where there is none, or words were not counted.
+    /// Length of the shortest word; `None` if there is none, or words were not counted.
     pub fn resolution(&self) -> Option<usize> {
         shortest(self.word_lengths.as_ref()?)
     }

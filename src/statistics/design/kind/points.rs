@@ -17,7 +17,7 @@ use super::growth::Growth;
 /// Most rows that a number in the study alone puts into memory.
 const MOST_STATED_ROWS: usize = 1_000_000;
 
-/// A kind of design as asked for.
+/// A kind of design as requested.
 pub(in crate::design) trait Specification: Sized {
     /// Reads the keys of a study.
     fn of(keys: &DesignOptions) -> Result<Self, Needs>;
@@ -82,7 +82,7 @@ pub(in crate::design) trait Points: fmt::Debug + Send + Sync {
         None
     }
 
-    /// The same with its rows made to fit the constraints; `None` where rows that do not fit are left out instead.
+    /// The same with its rows made to fit the constraints; `None` if rows that do not fit are left out instead.
     fn constrained(
         &self,
         _correlation: Option<&Correlation>,

@@ -42,7 +42,7 @@ pub(super) fn comes_first(file: &str, bytes: &[u8]) -> Result<bool, StructureErr
     Ok(false)
 }
 
-/// Reads the matrix of the kind that is asked for.
+/// Reads the matrix of the requested kind.
 pub(super) fn read(given: &Given) -> Result<Imported, StructureError> {
     let Given { file, bytes, kind, .. } = *given;
     let mut lines = Lines::new(file, bytes);
@@ -76,7 +76,7 @@ enum Within {
     Other,
     /// Directions of nodes, and the nodes in comments.
     Element,
-    /// Values of the matrix that is asked for; it begins at this line.
+    /// Values of the requested matrix; it begins at this line.
     Values(usize),
 }
 
@@ -86,7 +86,7 @@ struct Element {
     line: usize,
     /// Number of its nodes.
     size: usize,
-    /// Whether both triangles are there.
+    /// Whether both triangles are stored.
     full: bool,
     /// Nodes, from the comment.
     nodes: Vec<i64>,
@@ -144,7 +144,7 @@ impl Element {
             .collect()
     }
 
-    /// Node and direction of every row; none where the file does not name the nodes.
+    /// Node and direction of every row; none if the file does not name the nodes.
     fn labels(&self, lines: &Lines) -> Result<Option<Vec<DofLabel>>, StructureError> {
         if self.nodes.is_empty() {
             return Ok(None);
