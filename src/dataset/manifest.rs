@@ -157,7 +157,7 @@ impl Manifest {
         manifest
     }
 
-    /// Number of existing rows and not done (audit failed, invalid, diverged, budget exhausted).
+    /// Number of existing rows that are not done (audit failed, invalid, diverged, budget exhausted).
     pub fn rows_failed(&self) -> u64 {
         self.runs.iter().map(|part| part.failed).sum()
     }
