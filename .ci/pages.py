@@ -339,7 +339,7 @@ class Browser:
         page.pdf(path=sheet, format="A4")
         first, second, *_ = [" ".join(one.extract_text().split()) for one in pypdf.PdfReader(sheet).pages]
         sheet.unlink()
-        for text in ("Two placements", "Behind the answer", "To narrow it"):
+        for text in ("Two placements", "Behind the answer", "To reduce it"):
             assert text in first and text not in second, f"`{text}` is not on the first page alone"
         assert "rows are there" in second and "rows are there" not in first, "the rows do not begin on the second page"
 
@@ -376,7 +376,7 @@ class Browser:
         page = self.open(path, 1280)
         text = page.inner_text("main")
         assert f"3 of {rows} rows are still to come." in text and "All rows are done" not in text, "rows to come are not told"
-        assert re.search(r"Drawn are the 24 factors .*; \d+ more are not", text), "factors that are not drawn are not told"
+        assert re.search(r"The figure shows the 24 factors .*; \d+ more are hidden", text), "no note on hidden factors"
         refused = "usedWords({ used: { whole: 1, of: 2, unit: 'rows', left_out: [] }, refused: 'no indices: why', notes: [] })"
         assert page.evaluate(refused) == "No indices: why. From 1 of 2 rows."
         page.evaluate("[...document.querySelectorAll('.choice input:checked')].slice(2).forEach((box) => box.click())")

@@ -40,8 +40,8 @@ pub enum DatasetError {
     },
     /// The folder holds a dataset of another study.
     #[error(
-        "{} holds {rows_done} of {rows} rows of another study, which nothing was added to; what changed:\n  {}\n\
-         undo the change to go on with it, choose another folder, or replace it",
+        "{} contains {rows_done} of {rows} rows of a different study. Nothing was changed. Differences:\n  {}\nundo the \
+         change to continue, choose another folder, or replace the dataset",
         path.display(), differences.join("\n  ")
     )]
     Changed {
@@ -78,8 +78,8 @@ pub enum DatasetError {
     },
     /// The dataset's folder was taken away while it was written to.
     #[error(
-        "{} is not the folder any more in which this sweep began: it was removed, moved or replaced, and with it the rows that \
-         were done; run the command again to begin anew, or to go on with what is there now",
+        "{} was removed, moved or replaced during the sweep, with its finished rows; run the command again to start \
+         over, or to continue with the present folder",
         path.display()
     )]
     Gone {
@@ -88,8 +88,8 @@ pub enum DatasetError {
     },
     /// The dataset is another one than that which was opened, or is being changed.
     #[error(
-        "{} is not as it was when it was opened: it was replaced or grown since, or a sweep replaces parts of it now; open it \
-         again (if that does not help, `decore verify` lists what is damaged, when no sweep writes)",
+        "{} changed since it was opened: it was replaced or grown, or a sweep is replacing parts of it; open it again \
+         (if this does not help, stop all sweeps and list damaged files with `decore verify`)",
         path.display()
     )]
     Replaced {
@@ -115,15 +115,15 @@ pub enum DatasetError {
         path: PathBuf,
     },
     /// No dataset there.
-    #[error("{} holds no dataset (no manifest.json); give the folder that a run wrote", path.display())]
+    #[error("{} is not a dataset: it has no manifest.json; give the output folder of `decore run`", path.display())]
     Missing {
         /// The folder.
         path: PathBuf,
     },
     /// The manifest was not written by this program.
     #[error(
-        "{}, line {}, column {}: {source}; the file is damaged or not of this program: the sweep, started again, makes it anew \
-         from the parts or the journal",
+        "{}, line {}, column {}: {source}; the file is damaged, or another program wrote it; run the sweep again to \
+         rebuild it from the parts or the journal",
         path.display(), source.line(), source.column()
     )]
     Manifest {
@@ -135,8 +135,8 @@ pub enum DatasetError {
     },
     /// A manifest is not the one that was written.
     #[error(
-        "{}: its contents are not those of its checksum: it was changed or damaged; the sweep, started again, makes it \
-         anew from the parts or the journal",
+        "{}: the checksum does not match, so the file was changed or damaged; run the sweep again to rebuild it from \
+         the parts or the journal",
         path.display()
     )]
     Seal {
@@ -145,8 +145,8 @@ pub enum DatasetError {
     },
     /// A manifest is damaged, and nothing else in the folder describes the dataset.
     #[error(
-        "{}; it cannot be made anew, as neither a part nor the journal in the folder names the study: put back a copy of the file, choose \
-         another folder, or replace the dataset",
+        "{}; it cannot be rebuilt, because neither a part nor the journal in the folder contains the study: restore a \
+         copy of the file, choose another folder, or replace the dataset",
         .damage.damage_of_manifest()
     )]
     Lost {
@@ -155,8 +155,8 @@ pub enum DatasetError {
     },
     /// The dataset is of another format version.
     #[error(
-        "{}: key `format_version` is {found}, expected {expected}; read it with the version that wrote it, \
-         or write the dataset anew",
+        "{}: key `format_version` is {found}, expected {expected}; read it with the version that wrote it, or run the \
+         study again",
         path.display()
     )]
     Version {
@@ -203,9 +203,7 @@ pub enum DatasetError {
         expected: &'static str,
     },
     /// A record does not have the shape that the dataset was created with.
-    #[error(
-        "row {row}: {what}: found {found}, expected {expected}; create the dataset from the study that the row is of"
-    )]
+    #[error("row {row}: {what}: found {found}, expected {expected}; create the dataset from the study of the row")]
     Record {
         /// The row.
         row: u64,
@@ -218,8 +216,8 @@ pub enum DatasetError {
     },
     /// A row came twice, or is not of the dataset.
     #[error(
-        "row {row} cannot be taken: expected one from {expected_from} up to, not including, {expected_end} that is not \
-         there yet; write each row once"
+        "row {row} is unexpected: expected a missing row from {expected_from} up to, not including, {expected_end}; \
+         write each row once"
     )]
     UnexpectedRow {
         /// The row.
@@ -236,7 +234,7 @@ pub enum DatasetError {
     )]
     WriterLost,
     /// The Parquet library refused a part.
-    #[error("{}: {source}; if the file is damaged, write the dataset anew", path.display())]
+    #[error("{}: {source}; if the file is damaged, run the study again", path.display())]
     Parquet {
         /// The part.
         path: PathBuf,
@@ -271,7 +269,7 @@ pub enum DatasetError {
         path: PathBuf,
     },
     /// A part without a checksum in any manifest.
-    #[error("{}: nothing is left that says whether it is whole: its rows are computed again", path.display())]
+    #[error("{}: no checksum is left to check this file: its rows are computed again", path.display())]
     Unvouched {
         /// The part.
         path: PathBuf,

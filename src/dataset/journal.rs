@@ -298,8 +298,8 @@ pub fn recover(dataset: &Path, info: &DatasetInfo, take: &mut dyn FnMut(StoredRo
         let Frames { whole, lost } = visit_frames(&bytes, take);
         if lost > 0 {
             notes.push(format!(
-                "{}: {lost} bytes are no whole rows (cut when the process or its machine stopped, or changed since); what was in \
-                 them is computed again",
+                "{}: {lost} bytes are not complete rows (truncated when the process or its machine stopped, or changed \
+                 since); their rows are computed again",
                 path.display()
             ));
         }

@@ -109,7 +109,7 @@ fn verify(readers: &[DatasetReader]) -> Result<(), DatasetError> {
         let differences = differences(&first.manifest().study, &manifest.study);
         if !differences.is_empty() {
             let problem = format!(
-                "{} and {name} are not of one study; what differs:\n  {}\n",
+                "{} and {name} are shards of different studies. Differences:\n  {}\n",
                 first.folder().display(),
                 differences.join("\n  ")
             );

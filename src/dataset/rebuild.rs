@@ -93,9 +93,9 @@ pub fn known(folder: &Path) -> Result<Known, DatasetError> {
             let in_journal = journal::count(folder, &|row| !manifest.has(row))?.0;
             notes.push(match in_parts {
                 0 => format!(
-                    "manifest.json is lost or damaged: made anew from the journal, which holds {in_journal} rows"
+                    "manifest.json was lost or damaged, and was rebuilt from the journal with {in_journal} rows"
                 ),
-                _ => format!("manifest.json is lost or damaged: made anew from the parts, which hold {in_parts} rows"),
+                _ => format!("manifest.json was lost or damaged, and was rebuilt from the parts with {in_parts} rows"),
             });
             unvouched = unlisted(folder, &manifest)?;
             manifest
@@ -104,7 +104,7 @@ pub fn known(folder: &Path) -> Result<Known, DatasetError> {
     };
     let timings = match TimingsManifest::read(folder) {
         Err(error) if error.is_lost_manifest() => {
-            notes.push("timings.json is lost or damaged: made anew from the parts".to_owned());
+            notes.push("timings.json was lost or damaged, and was rebuilt from the parts".to_owned());
             timings_of_parts(folder, &manifest)?
         }
         found => found?,

@@ -74,8 +74,8 @@ pub fn verify(folder: &Path) -> Result<Verification, DatasetError> {
         if !wrong.is_empty() && rows.all(|row| journaled.contains(&row)) {
             // A process that ends between two renames leaves such a block; as after damage from outside, nothing of it is lost.
             wrong = vec![format!(
-                "the parts with the rows from {} are not those of the manifest, as after a process that ended while it replaced \
-                 them; the journal has all their rows: the same `decore run` puts them in place",
+                "the parts with the rows from {} do not match the manifest, because a process ended while it replaced \
+                 them; the journal has all their rows: run the same `decore run` again to store them",
                 runs.first_row
             )];
         }

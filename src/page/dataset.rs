@@ -157,8 +157,8 @@ fn notes(rows: u64, shown: usize, is_exact: bool, left_out: usize) -> Vec<String
     let mut notes = Vec::new();
     if rows > shown as u64 {
         notes.push(format!(
-            "The page shows {shown} of {rows} rows: those whose index has a small hash, and of each column the rows with the \
-             20 least and the 20 largest values. The figures above are of all rows."
+            "The page shows {shown} of {rows} rows: a random sample, and the rows with the 20 smallest and 20 largest \
+             values of each column. The figures above include all rows."
         ));
     }
     if !is_exact {

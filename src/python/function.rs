@@ -74,10 +74,10 @@ impl Definition {
     fn check(&self, py: Python<'_>, checked: &CheckedStudy) -> PyResult<()> {
         let wrong = |message: String| Err(PyValueError::new_err(message));
         if let Some(name) = repeated(self.outputs.iter().map(|(name, _)| name)) {
-            return wrong(format!("output `{name}` is asked for twice: name each once"));
+            return wrong(format!("output `{name}` is given twice: give each once"));
         }
         if let Some(name) = repeated(self.factors.iter()) {
-            return wrong(format!("factor `{name}` stands twice in `factors`: name each once"));
+            return wrong(format!("factor `{name}` is in `factors` twice: give each once"));
         }
         if let Some((name, _)) = self.fixed.iter().find(|(name, _)| self.factors.contains(name)) {
             return wrong(format!("factor `{name}` is in `factors` and in `fixed`: leave it out of one of them"));
@@ -161,7 +161,7 @@ impl Function {
     /// The outputs at the points of X, computed on several threads.
     fn __call__<'py>(&self, py: Python<'py>, x: &Bound<'py, PyAny>) -> PyResult<Bound<'py, PyAny>> {
         let numpy = py.import("numpy").map_err(|error| {
-            PyImportError::new_err(format!("{error}: functions over arrays take numpy; install it beside decore"))
+            PyImportError::new_err(format!("{error}: functions over arrays need NumPy: run `pip install numpy`"))
         })?;
         let x = match columns(x, &self.factors)? {
             Some(columns) => {

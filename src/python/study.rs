@@ -290,7 +290,8 @@ pub fn unpickled(py: Python<'_>, path: PathBuf, overrides: Vec<String>, retries:
     if study.checked.study().hash() == hash {
         return Ok(study);
     }
-    let message = "the study, or a file that it names, was changed since it was handed to this process; read it anew and hand that on";
+    let message = "the study or one of its files changed since it was passed to this process; load it again and pass \
+        the new study";
     Err(StudyError::new_err(format!("{}: {message}", path.display())))
 }
 
@@ -321,7 +322,7 @@ fn chosen(signals: Option<&Bound<'_, PyAny>>) -> PyResult<Option<Chosen>> {
                 let names: Vec<String> = one.extract()?;
                 if let Some(name) = repeated(&names) {
                     return Err(PyValueError::new_err(format!(
-                        "signal `{name}` stands twice in `signals`: name each once"
+                        "signal `{name}` is in `signals` twice: give each once"
                     )));
                 }
                 Ok(Some(Chosen::Named(names)))

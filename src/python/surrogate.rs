@@ -70,7 +70,8 @@ impl Surrogate {
                 Err(_) => values.try_iter()?.enumerate().map(text).collect::<PyResult<Vec<String>>>()?,
             };
             if place > 0 && texts.len() != rows.len() {
-                let message = format!("factor `{name}` has {} values, those before it {}", texts.len(), rows.len());
+                let message =
+                    format!("factor `{name}` has {} values, but the earlier factors have {}", texts.len(), rows.len());
                 return Err(PyValueError::new_err(message));
             }
             rows.resize_with(texts.len(), Vec::new);

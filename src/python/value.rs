@@ -79,8 +79,8 @@ pub fn entries<'py>(from: &Bound<'py, PyMapping>) -> PyResult<Vec<(String, Bound
 fn toml(from: &Bound<'_, PyAny>, path: &str, depth: usize) -> PyResult<String> {
     if depth > MOST_NESTED {
         return Err(PyValueError::new_err(format!(
-            "`{path}`: lists and tables stand more than {MOST_NESTED} deep in each other, or one holds itself; no key of a study \
-             takes that: give the value as the study file has it"
+            "`{path}`: lists and tables are nested more than {MOST_NESTED} deep, or one contains itself; no key of a \
+             study permits this: give the value as in the study file"
         )));
     }
     if let Some(truth) = truth(from) {

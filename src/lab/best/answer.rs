@@ -243,7 +243,7 @@ fn uncertainty(space: &Space<'_>, models: &Models, found: &Expected) -> Uncertai
     let advice = match (names.is_empty(), by_factors >= by_model.max(scatter)) {
         (false, true) => format!("measure {}: a narrower distribution leaves more room", names.join(" and ")),
         _ if model + by_model >= scatter => {
-            "run more rows (`decore best --rows`): the models are what is not known".to_owned()
+            "run more rows (`decore best --rows`): the models cause most of the uncertainty".to_owned()
         }
         _ => "runs scatter: average over longer runs (`duration_s`), or accept the spread".to_owned(),
     };

@@ -21,7 +21,7 @@ pub enum BestError {
     )]
     NoDecision,
     /// A value of the goal or a limit that cannot be modelled.
-    #[error("`{text}` says nothing of rows not run: {reason}")]
+    #[error("`{text}` cannot be predicted: {reason}")]
     NoModel {
         /// The value, as written.
         text: String,

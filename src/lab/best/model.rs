@@ -305,7 +305,7 @@ fn no_model(figures: &OutputSurrogate) -> String {
     match (figures.used, figures.left_out.first()) {
         (0, Some(first)) => {
             format!(
-                "none of {left_out} rows has it ({}); limit another output, or change what the rows compute",
+                "none of {left_out} rows has it ({}); limit another output, or change the outputs of the study",
                 first.reason
             )
         }

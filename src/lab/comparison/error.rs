@@ -18,8 +18,8 @@ pub enum ComparisonError {
     },
     /// The datasets have different factors, so their rows cannot be matched.
     #[error(
-        "rows are matched by all factors, and those are not the same: {}; compare datasets of studies with the same factors, names and \
-         units",
+        "the datasets have different factors, so their rows cannot be matched: {}; compare datasets with the same \
+         factors, names and units",
         differences.join(", ")
     )]
     Factors {

@@ -18,8 +18,8 @@ pub enum FeaturesError {
     Study(#[from] StudyError),
     /// A hammer of the dataset strikes a casting that the dataset does not have.
     #[error(
-        "hammer `{hammer}` strikes the casting `{casting}` in row {row}, which the dataset does not have; `decore verify` says \
-         whether it is damaged"
+        "hammer `{hammer}` strikes the casting `{casting}` in row {row}, but the dataset has no such casting; run \
+         `decore verify` to find damaged files"
     )]
     Casting {
         /// The hammer.
@@ -34,8 +34,8 @@ pub enum FeaturesError {
     NoRows,
     /// A dataset without groups of its design's rows.
     #[error(
-        "the dataset does not say which of its rows belong together, because an earlier decore wrote it: run its study anew for \
-         splits that no group crosses"
+        "the dataset has no groups of dependent rows, because an earlier decore wrote it: run its study again to get \
+         splits by groups"
     )]
     NoGroups,
     /// Shares that are none.
@@ -67,7 +67,7 @@ pub enum FeaturesError {
     #[error("the table cannot be written as Parquet: {0}")]
     Parquet(#[from] ParquetError),
     /// An existing file.
-    #[error("{} exists: give another folder, or --replace to write it anew", path.display())]
+    #[error("{} exists: give another folder, or add --replace to overwrite it", path.display())]
     Exists {
         /// The file.
         path: PathBuf,

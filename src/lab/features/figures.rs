@@ -202,7 +202,7 @@ pub(super) const FIGURES: &[CastingFigure<'static>] = &[
         "work_in_windows_j",
         "J",
         Blows(|struck| Some(struck.work_j), "sum of blows.work_j"),
-        "Work delivered to the casting within the windows of its blows; what lies between blows is missing.",
+        "Work delivered to the casting within the windows of its blows, without the time between blows.",
     )
     .signed(),
     target(
@@ -280,7 +280,7 @@ pub(super) const FIGURES: &[CastingFigure<'static>] = &[
             |struck| struck.reached_s,
             "blows.start_time_s of the first blow with which the sum of blows.work_j in the order of start reaches the work",
         ),
-        "Time to reach the work asked for: start of the blow within whose window it is reached; null where it is not.",
+        "Time to reach the given work: start of the blow within whose window it is reached; null if it is not.",
     ),
     target(
         "first_impact_time_s",
@@ -386,7 +386,7 @@ pub(super) const FIGURES: &[CastingFigure<'static>] = &[
         "energy_residual",
         "1",
         Run(RunTotals::energy_residual.name),
-        "Audit: what the books of energy miss, over the work put in.",
+        "Audit: error of the energy balance, over the supplied work.",
     )
     .signed()
     .status(),
@@ -394,7 +394,7 @@ pub(super) const FIGURES: &[CastingFigure<'static>] = &[
         "chamber_residual",
         "1",
         Run(RunTotals::chamber_residual.name),
-        "Audit: what the books of a chamber's gas miss, the largest over the chambers.",
+        "Audit: error of the balance of a chamber's gas, the largest over the chambers.",
     )
     .status(),
 ];

@@ -167,8 +167,9 @@ fn plain(interval_s: f64) -> [FeatureColumn; PLAIN] {
             "m/s",
             (
                 format!(
-                    "Root mean square of the means of the casting's heave velocity over {interval_s} s, over the whole run, at all \
-                     frequencies and without correction: it does not follow from those in bands."
+                    "Root mean square of the means of the casting's heave velocity over {interval_s} s, over the whole \
+                     run, at all frequencies and without correction: it cannot be computed from the values in \
+                     bands."
                 ),
                 format!("root of the mean of the squares of the run's values of {velocity}"),
             ),

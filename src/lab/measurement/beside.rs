@@ -162,8 +162,8 @@ fn warnings(Offsets { upright, reversed }: &Offsets, first_s: f64) -> Vec<String
     let apart = |offset: &Offset| 1.0 - offset.correlation.max(0.0).powi(2);
     if apart(reversed) < REVERSED_SHARE * apart(upright) {
         warnings.push(format!(
-            "with its sign turned the channel correlates better, by {:.4} at an offset of {:.6} s: is the sensor mounted the other way \
-             round? (a minus before the unit turns the sign: SIGNAL=COLUMN:-UNIT)",
+            "with its sign turned the channel correlates better, by {:.4} at an offset of {:.6} s: is the sensor \
+             mounted the other way round? (a minus before the unit changes the sign: SIGNAL=COLUMN:-UNIT)",
             reversed.correlation,
             first_s + reversed.time_s
         ));

@@ -20,8 +20,8 @@ pub enum MeasurementError {
     },
     /// A measurement over a time that is too long.
     #[error(
-        "the measurement goes from {from_s} to {to_s} s, which at {interval_s} s a sample are more than {most} samples: cut out the part \
-         that is to be compared (are the times in s? `--time-column COLUMN:ms` reads ms)"
+        "the measurement goes from {from_s} to {to_s} s, which at {interval_s} s a sample are more than {most} samples: \
+         keep only the part that you want to compare (are the times in s? `--time-column COLUMN:ms` reads ms)"
     )]
     Long {
         /// First time of the measurement.

@@ -104,7 +104,7 @@ fn fault(file: &Path, (at, row): (usize, &TableRow), (cell, column): (usize, &st
     } else if found.replacen(',', ".", 1).parse::<f64>().is_ok_and(f64::is_finite) {
         "a comma is read as the decimal point between semicolons or tabs, where no number has a point"
     } else if at == 0 {
-        "a row of units under the header is to be taken out"
+        "remove a row of units below the header"
     } else {
         "a sample that is missing is left out with its time"
     };

@@ -21,7 +21,7 @@ pub enum RefinementError {
     #[error("the models: {0}")]
     Regression(#[from] RegressionError),
     /// An output that has no model.
-    #[error("output `{output}` says nothing of rows not run: {reason}")]
+    #[error("output `{output}` cannot be predicted: {reason}")]
     NoModel {
         /// Column of the output.
         output: String,

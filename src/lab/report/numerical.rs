@@ -214,8 +214,8 @@ impl fmt::Display for NumericalTwins {
             (0, _) | (_, None) => writeln!(f, "  all within the promises of their presets (`decore help accuracy`)"),
             (count, Some(row)) => writeln!(
                 f,
-                "  BEYOND the promise of its preset in {count} of {rows} rows, at worst {} times (row {row}): \
-                 `decore help accuracy` has what to do",
+                "  BEYOND the promise of its preset in {count} of {rows} rows, at worst {} times (row {row}): see \
+                 `decore help accuracy`",
                 significant(self.worst_over_promise)
             ),
         }

@@ -109,9 +109,9 @@ fn serves(outline: &DesignOutline, settings: &SensitivitySettings) -> Result<(),
         (true, _) if !saltelli => Err(SensitivityError::Given),
         (given, Some(estimator)) if given || !saltelli || !outline.constraints.is_empty() => {
             let why = match (given, saltelli) {
-                (true, _) => "as any rows they are analysed by other indices",
+                (true, _) => "with `given`, other indices are computed",
                 (false, true) => "constraints make the factors depend on each other",
-                (false, false) => "they are not those of a `saltelli` design",
+                (false, false) => "they do not belong to a `saltelli` design",
             };
             Err(SensitivityError::Estimator { estimator: estimator.name(), why })
         }
@@ -275,12 +275,15 @@ impl TablePlan<'_> {
         let mut notes = Vec::new();
         if method != Method::Given && used.whole < FEW_UNITS && self.bootstrap.replicates > 0 {
             let unit = units.name.plural();
-            notes.push(format!("intervals of fewer than {FEW_UNITS} {unit} hold the truth less often than they say"));
+            notes.push(format!(
+                "intervals from fewer than {FEW_UNITS} {unit} contain the true value less often than \
+                stated"
+            ));
         }
         if used.left_out.iter().any(|left_out| left_out.reason != NOT_RUN) {
             notes.push(
-                "what is left out is no sample of all: a factor by which rows fail decides more than is said here (success of a row over \
-                 the factors: `decore surrogate`)"
+                "the failed rows are not a random sample: a factor that makes rows fail matters more than shown here \
+                 (`decore surrogate` shows the probability of success over the factors)"
                     .to_owned(),
             );
         }
@@ -302,8 +305,8 @@ impl TablePlan<'_> {
         bare.dedup();
         if self.bootstrap.replicates > 0 && !bare.is_empty() {
             notes.push(format!(
-                "some intervals of {} are missing: in part of the replicates there is no such index, as where the output differs \
-                 in a few {} only",
+                "some intervals of {} are missing: some replicates have no such index, for example if the output \
+                 differs in only a few {}",
                 bare.join(", "),
                 units.name.plural()
             ));
@@ -366,8 +369,8 @@ fn notes(task: &TablePlan<'_>) -> Vec<String> {
     match plan.method {
         Method::Sobol { .. } if bootstrap.replicates == 0 => {}
         Method::Sobol { .. } => notes.push(
-            "Intervals are those of independent base points; the design's Sobol' points mostly scatter less: then they hold \
-             the truth more often than they say."
+            "The intervals assume independent base points. The design's Sobol' points usually scatter less, so the \
+             intervals contain the true value more often than stated."
                 .to_owned(),
         ),
         Method::Morris { .. } => {
@@ -376,7 +379,7 @@ fn notes(task: &TablePlan<'_>) -> Vec<String> {
             let nominal: Vec<String> = nominal.map(|factor| format!("`{}`", factor.name)).collect();
             if !nominal.is_empty() {
                 notes.push(format!(
-                    "Of factors of names only mu* is told, names having no order: {}.",
+                    "Factors of names have only mu*, because names have no order: {}.",
                     nominal.join(", ")
                 ));
             }

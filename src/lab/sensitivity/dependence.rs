@@ -30,8 +30,8 @@ pub(super) fn dependence(table: &Table, outline: &DesignOutline, shapley: bool) 
     };
     let instead = if shapley { "; Shapley effects do it here" } else { "" };
     Some(format!(
-        "The factors depend on each other: {why}. Shares of the variance by Sobol' indices are those of independent factors \
-         only{instead}. What a factor has by ranks, eta2, PAWN or HSIC it may have through the others."
+        "The factors depend on each other: {why}. Sobol' indices need independent factors{instead}. S1 by ranks, eta2, \
+         PAWN and HSIC of a factor may come from the other factors."
     ))
 }
 

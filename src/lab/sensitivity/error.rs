@@ -17,8 +17,8 @@ pub enum SensitivityError {
     NoFactors,
     /// Rows that do not belong to the design.
     #[error(
-        "rows {first} to {last} are no {unit} of the design that the study describes (factor `{factor}` differs); \
-         `decore verify` says whether the dataset is damaged"
+        "rows {first} to {last} are not a {unit} of the study's design (factor `{factor}` differs); run `decore verify` \
+         to find damaged files"
     )]
     Layout {
         /// The first row.
@@ -38,7 +38,7 @@ pub enum SensitivityError {
     Trajectories,
     /// Rows that are analysed as any rows are whether or not it is requested.
     #[error(
-        "only the rows of a `saltelli` design can be analysed as any rows are instead; those of this one are anyway: leave `given` out"
+        "`given` is for `saltelli` designs only; the rows of this design always have these indices: leave `given` out"
     )]
     Given,
     /// An estimator of Sobol' indices for rows that have none.

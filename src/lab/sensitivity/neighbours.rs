@@ -56,8 +56,9 @@ impl Neighbours {
             )
         });
         let hypercube = self.hypercube.then(|| {
-            "Rows of an optimised Latin hypercube lie more evenly than independent draws: S1 by ranks and Shapley effects are off by \
-             more than their intervals say, by up to 0.15 of 240 rows and 0.05 of 2000 in a case with known ones; eta2 is not."
+            "Rows of an optimised Latin hypercube are more even than independent draws. So the errors of S1 by ranks \
+             and Shapley effects exceed their intervals: in a known case by up to 0.15 with 240 rows and 0.05 \
+             with 2000. eta2 is not affected."
                 .to_owned()
         });
         self.refused.iter().cloned().chain(hypercube).chain(repeated).collect()
@@ -95,9 +96,9 @@ fn places(columns: &[&[f64]]) -> Vec<Vec<usize>> {
 
 fn refusal(what: &str) -> String {
     format!(
-        "S1 by ranks and Shapley effects are not computed: they take rows for independent draws, and {what} are laid out so evenly \
-         that neighbours in one factor differ more in the others. eta2 is the share of the variance that a factor has alone, and \
-         holds here; `random` rows and Latin hypercubes have all of them."
+        "S1 by ranks and Shapley effects are not computed: they need independent draws, but {what} are so even that \
+         neighbours in one factor differ more in the others. Use eta2, the share of the variance due to a factor \
+         alone, or `random` rows or a Latin hypercube to get all indices."
     )
 }
 

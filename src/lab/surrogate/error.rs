@@ -19,7 +19,7 @@ pub enum SurrogateError {
     #[error("the study has no factors: a surrogate needs a [design] with at least one [design.factor]")]
     NoFactors,
     /// Two columns with the same output.
-    #[error("output `{output}` is asked for twice: name each once")]
+    #[error("output `{output}` is given twice: give each once")]
     Twice {
         /// Column of the output.
         output: String,
@@ -32,7 +32,7 @@ pub enum SurrogateError {
     },
     /// A file that is not a model.
     #[error(
-        "{} is no model that can be used: {reason}; `decore surrogate DATASET --output FILE` writes one",
+        "{} is not a usable model: {reason}; write one with `decore surrogate DATASET --output FILE`",
         .path.display()
     )]
     Model {

@@ -137,13 +137,14 @@ pub fn read(path: &Path) -> Result<Model, SurrogateError> {
 pub fn from_bytes(mut bytes: Vec<u8>, path: &Path) -> Result<Model, SurrogateError> {
     let fault = |reason: String| SurrogateError::Model { path: path.to_owned(), reason };
     if !bytes.starts_with(b"PAR1") {
-        return Err(fault("it is no Parquet file".to_owned()));
+        return Err(fault("it is not a Parquet file".to_owned()));
     }
-    let place = seal_place(&bytes).ok_or_else(|| fault("it has no seal: it is cut, or something else".to_owned()))?;
+    let place =
+        seal_place(&bytes).ok_or_else(|| fault("it has no seal: it was truncated, or is another file".to_owned()))?;
     let found = bytes[place..place + SEAL_DIGITS].to_vec();
     bytes[place..place + SEAL_DIGITS].fill(b'0');
     if found != blake3::hash(&bytes).to_hex().as_bytes() {
-        return Err(fault("its bytes are not those that were written: it is cut or was changed".to_owned()));
+        return Err(fault("its bytes differ from the written ones: it was truncated or changed".to_owned()));
     }
     let decoded = shielded(|| decoded(Bytes::from(bytes)));
     let model = decoded.unwrap_or_else(|| Err("it is damaged".to_owned())).and_then(|model| match model.check() {

@@ -17,8 +17,7 @@ pub(super) fn remarks(factors: &[FactorSpace], table: &Table, rows: &[usize], in
     let mut remarks = Vec::new();
     for factor in factors.iter().filter(|factor| !factor.unseen.is_empty()) {
         let names = factor.unseen.iter().map(|name| format!("`{name}`")).collect::<Vec<_>>().join(", ");
-        remarks
-            .push(format!("No row that is used has {names} of `{}`: what is predicted there is a guess.", factor.name));
+        remarks.push(format!("None of the used rows has {names} of `{}`: predictions there are guesses.", factor.name));
     }
     let few = factors.iter().enumerate().filter_map(|(place, factor)| {
         let levels = levels(table, place, rows);
@@ -30,9 +29,9 @@ pub(super) fn remarks(factors: &[FactorSpace], table: &Table, rows: &[usize], in
     let few: Vec<String> = few.collect();
     if !few.is_empty() {
         remarks.push(format!(
-            "The rows have few values of {}: rows left out mostly lie on the same ones as others do, so that Q2, errors and intervals \
-             speak of these values alone. An output that jumps between them is predicted wrongly there, whatever Q2 says; rows between \
-             them would tell (a Latin hypercube, Sobol' points).",
+            "The rows have few values of {}. Left-out rows mostly have the same values as others, so Q2, errors and \
+             intervals are valid only at these values. If an output jumps between them, its predictions there \
+             are wrong, whatever Q2 is. Rows between them would show it (a Latin hypercube, Sobol' points).",
             few.join(", ")
         ));
     }

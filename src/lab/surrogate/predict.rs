@@ -100,8 +100,8 @@ pub fn predict_rows(model: &Model, rows: &[QueryRow<'_>]) -> Result<Predicted, S
         name: "extrapolated".to_owned(),
         unit: String::new(),
         description:
-            "Factors outside the range that the model knows, or beyond what its rows cover; `far from all rows` where their values are \
-             covered one by one and not together; empty among the rows."
+            "Factors outside the model's range, or beyond its rows; `far from all rows` if their values are covered \
+             separately but not together; empty among the rows."
                 .to_owned(),
         values: CellColumn::texts(&outside),
     });

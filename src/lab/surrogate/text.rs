@@ -76,7 +76,12 @@ impl Surrogate {
         let lengths = lengths.iter().map(|(name, weight)| format!("{name} {}", two_digits(1.0 / weight.sqrt())));
         writeln!(f, "  lengths             {} (shares of the range)", lengths.collect::<Vec<_>>().join(", "))?;
         if let Some(success) = &output.success {
-            let how = if success.process.is_some() { "predicted by place" } else { "too few differ to tell by place" };
+            let how = if success.process.is_some() {
+                "predicted by place"
+            } else {
+                "too few rows differ for a model by \
+                place"
+            };
             writeln!(f, "  success             {:.1} % of the rows have it; {how}", 100.0 * success.share)?;
         }
         Ok(())

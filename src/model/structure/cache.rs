@@ -50,8 +50,10 @@ impl CacheOutcome {
         let path = path.display();
         match self {
             Self::Off | Self::Used | Self::Stored => None,
-            Self::Stale => Some(format!("{path} was made from other files: the machine was reduced anew")),
-            Self::Damaged => Some(format!("{path} is damaged or no reduced machine: the machine was reduced anew")),
+            Self::Stale => Some(format!("{path} belongs to other files: the machine was reduced again")),
+            Self::Damaged => {
+                Some(format!("{path} is damaged, or not a reduced machine: the machine was reduced again"))
+            }
             Self::NotStored(reason) => {
                 Some(format!("the reduced machine could not be kept for the next run: {reason}"))
             }

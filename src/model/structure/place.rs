@@ -28,7 +28,9 @@ pub(super) fn require_distinct(labels: &[DofLabel], points: &InterfacePoints) ->
         let Some(name) = named.get(&label.node) else { continue };
         if let Some(other) = seen.insert(*label, row) {
             return Err(format!(
-                "rows {} and {} (counted from 1) both are {}, where point {name} stands: which of them is meant cannot be told. CalculiX repeats the nodes of shells and beams: give the reference node of a *RIGID BODY there instead, or first_row_0based for node",
+                "rows {} and {} (counted from 1) both are {}, the place of point {name}, so the point is ambiguous. \
+                 CalculiX repeats the nodes of shells and beams: give the reference node of a *RIGID BODY there \
+                 instead, or first_row_0based for node",
                 other + 1,
                 row + 1,
                 describe(*label)
@@ -103,7 +105,8 @@ fn rows_from(
 ) -> Result<PointRows, String> {
     let Some(asked) = dofs.or((!labels.is_empty()).then_some(1)) else {
         return Err(format!(
-            "point {name}: column dofs (3 or 6) is missing; without a dof_file or dofs_per_node nothing else tells how many rows belong to the point"
+            "point {name}: column dofs (3 or 6) is missing; without a dof_file or dofs_per_node nothing else gives the \
+             number of rows of the point"
         ));
     };
     let last = first.saturating_add(asked.saturating_sub(1));

@@ -186,7 +186,9 @@ impl PlaceColumns {
         let (node, rotation_node) = (column("node"), column("rotation_node"));
         match (first, node) {
             (Some(_), Some(_)) => {
-                let reason = "columns \"first_row_0based\" and \"node\" both say where a point is; give one".to_owned();
+                let reason =
+                    "columns \"first_row_0based\" and \"node\" both give the rows of a point; give one of them"
+                        .to_owned();
                 Err(table.fault(table.header_line, reason))
             }
             (Some(first), None) if rotation_node.is_none() => Ok(Self::Rows { first, dofs }),

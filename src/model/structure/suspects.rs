@@ -135,9 +135,10 @@ impl Nodes {
         let [least, most] = range;
         (c > 0.0 && !(least..=most).contains(&c)).then(|| {
             format!(
-                "{} look as if they were in different units: with this mesh sound would travel at {c:.0e} m/s, in metals at 3e3 to 6e3 ({}); is `units` that of all files?",
+                "{} look as if they were in different units: with this mesh sound would travel at {c:.0e} m/s, in \
+                 metals at 3e3 to 6e3 ({}); does `units` match all files?",
                 if c < least { "stiffness and mass" } else { "stiffness, mass and coordinates" },
-                if c < least { "N/mm beside kg gives 1e2" } else { "coordinates in mm beside matrices in m give 5e6" }
+                if c < least { "N/mm beside kg gives 1e2" } else { "coordinates in mm with matrices in m give 5e6" }
             )
         })
     }
@@ -155,7 +156,8 @@ impl Nodes {
         let [least, most] = ELEMENT_M;
         (!(least..=most).contains(&size_m)).then(|| {
             format!(
-                "stiffnesses against rotation and displacement are in the ratio of elements of {size_m:.0e} m: is `units` that of the matrices (mm, kg, s are \"mm_kg_s\", mm, t, s \"mm_t_s\")?"
+                "stiffnesses against rotation and displacement are in the ratio of elements of {size_m:.0e} m: does \
+                 `units` match the matrices (mm, kg, s are \"mm_kg_s\", mm, t, s \"mm_t_s\")?"
             )
         })
     }
@@ -175,7 +177,8 @@ fn rotation_nodes(model: &FeModel) -> Option<String> {
         let shared = moved.intersection(&turned).count();
         (node != rotation && !moved.is_empty() && !turned.is_empty() && 2 * shared < moved.len().min(turned.len())).then(|| {
             format!(
-                "point {}: rotation_node {rotation} is joined to other rows than node {node} ({shared} in common): is it that of another rigid body?",
+                "point {}: rotation_node {rotation} is joined to other rows than node {node} ({shared} in common): does \
+                 it belong to another rigid body?",
                 point.name
             )
         })

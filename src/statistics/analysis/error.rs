@@ -28,7 +28,7 @@ pub enum AnalysisError {
         least: usize,
     },
     /// The table does not consist of whole blocks or trajectories.
-    #[error("{rows} rows are no whole number of {unit} of {size} rows")]
+    #[error("{rows} rows are not a whole number of {unit} of {size} rows")]
     Length {
         /// Rows of the table.
         rows: usize,

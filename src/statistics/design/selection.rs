@@ -66,8 +66,8 @@ impl Selection {
         if kept == 0 || (points.is_endless() && kept < wanted) {
             let what = if block == 1 { "points" } else { "blocks of rows that belong together" };
             return Err(DesignError::Unsatisfiable(format!(
-                "{kept} of {tried} {what} meet the constraints: they contradict each other or the ranges, or leave less \
-                 than a thousandth of them; check each constraint, or narrow the ranges"
+                "{kept} of {tried} {what} meet the constraints: they contradict each other or the ranges, or permit \
+                 less than a thousandth of the points; check each constraint, or narrow the ranges"
             )));
         }
         Ok(selection)

@@ -48,7 +48,7 @@ pub enum RegressionError {
         expected: &'static str,
     },
     /// A term of a polynomial stands on rows alone that are left out together: without them it is open.
-    #[error("a term of it stands on a single row or place, which cannot be left out to tell Q2")]
+    #[error("one of its terms depends on a single row or place, which cannot be left out for Q2")]
     Alone,
     /// A factorisation failed.
     #[error("the correlations of the rows: {0}")]

@@ -49,7 +49,7 @@ pub(super) fn check(bytes: &[u8], column: &ColumnChunkMetaData) -> Result<(), St
         .ok()
         .zip(usize::try_from(length).ok())
         .and_then(|(start, length)| bytes.get(start..start.checked_add(length)?))
-        .ok_or_else(|| "its column lies outside of it: it is damaged or cut short".to_owned())?;
+        .ok_or_else(|| "its column lies outside of it: it is damaged or truncated".to_owned())?;
     while !rest.is_empty() {
         let page = PageHead::read(&mut rest).and_then(|head| {
             let (page, behind) = rest.split_at_checked(usize::try_from(head.packed).ok()?)?;

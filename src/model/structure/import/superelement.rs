@@ -165,7 +165,7 @@ impl CsvTable {
         let labels = if assumed { self.connected_labels()? } else { self.extrn.clone() };
         let mut seen = BTreeSet::new();
         if let Some(twice) = labels.iter().find(|label| !seen.insert(**label)) {
-            return Err(format!("point {} component {} stands in the list of rows twice", twice.node, twice.dof + 1));
+            return Err(format!("point {} component {} is in the list of rows twice", twice.node, twice.dof + 1));
         }
         let nodes = self.nodes(&labels)?;
         Ok(MatrixRows { labels, nodes, assumed })

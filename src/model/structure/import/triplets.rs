@@ -225,7 +225,8 @@ fn symmetrise(file: &str, matrix: CsMat<f64>) -> Result<CsMat<f64>, StructureErr
         let (i, j) = (row + 1, column + 1);
         if let Some(triangle) = only_triangle(&matrix) {
             let reason = format!(
-                "only the {triangle} triangle is there, but the file says that it holds both: state `symmetric` in its header, or write both"
+                "only the {triangle} triangle exists, but the header declares both: write `symmetric` in the header, or \
+                 write both"
             );
             return Err(StructureError::Matrix { file: file.to_owned(), reason });
         }

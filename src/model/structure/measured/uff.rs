@@ -36,7 +36,7 @@ impl<'a> Cursor<'a> {
     }
 
     fn expect(&mut self, wanted: &str) -> Result<String, StructureError> {
-        self.line().ok_or_else(|| self.fault(format!("the file is cut short: {wanted} expected")))
+        self.line().ok_or_else(|| self.fault(format!("the file is truncated: {wanted} expected")))
     }
 
     fn fault(&self, reason: impl Into<String>) -> StructureError {
@@ -247,7 +247,7 @@ fn binary_values(cursor: &mut Cursor, head: &[i64], layout: &Layout) -> Result<V
     let size = if layout.double { 8 } else { 4 };
     let length = layout.points * layout.width() * size;
     let Some(bytes) = cursor.bytes.get(cursor.at..cursor.at + length) else {
-        return Err(cursor.fault(format!("the file is cut short: {length} bytes of values expected")));
+        return Err(cursor.fault(format!("the file is truncated: {length} bytes of values expected")));
     };
     cursor.at += length;
     let value = |chunk: &[u8]| {

@@ -107,7 +107,9 @@ impl MatrixFormat {
                 "Abaqus: add a step with `*MATRIX GENERATE, STIFFNESS, MASS` and `*MATRIX OUTPUT, STIFFNESS, MASS, FORMAT=MATRIX INPUT`"
             }
             "inp" => {
-                "a deck holds no matrices; Abaqus: run it with a step of `*MATRIX GENERATE, STIFFNESS, MASS` and `*MATRIX OUTPUT, STIFFNESS, MASS, FORMAT=MATRIX INPUT`; CalculiX: with `*FREQUENCY, SOLVER=MATRIXSTORAGE`, which writes .sti, .mas and .dof"
+                "a deck contains no matrices; Abaqus: run it with a step of `*MATRIX GENERATE, STIFFNESS, MASS` and \
+                 `*MATRIX OUTPUT, STIFFNESS, MASS, FORMAT=MATRIX INPUT`; CalculiX: with `*FREQUENCY, \
+                 SOLVER=MATRIXSTORAGE`, which writes .sti, .mas and .dof"
             }
             "op2" | "xdb" | "f06" | "h5" | "hdf5" | "hdf" | "nas" => {
                 "Nastran and OptiStruct: `EXTSEOUT(STIFF,MASS,DMIGPCH)` writes a .pch, `EXTSEOUT(STIFF,MASS,DMIGOP4)` an OUTPUT4 file; of a file of Python or MATLAB read K with `h5py` and write it with `scipy.sparse.save_npz('K.npz', K)`"
@@ -117,7 +119,8 @@ impl MatrixFormat {
             }
             "k" | "key" => "LS-DYNA: `MTXDMP` of *CONTROL_IMPLICIT_SOLVER writes the matrices in Harwell-Boeing format",
             "unv" | "uff" => {
-                "a universal file holds no matrices: its modes (data sets 55) are a `modal_file` of `source = \"modal_table\"`, its responses (58) go to `--measured`"
+                "a universal file contains no matrices: its modes (data sets 55) are a `modal_file` of `source = \
+                 \"modal_table\"`, its responses (58) go to `--measured`"
             }
             "med" | "rmed" | "mess" => {
                 "Code_Aster: in Python `K.EXTR_MATR(sparse=True)`, then `scipy.io.mmwrite('K.mtx', ...)`"

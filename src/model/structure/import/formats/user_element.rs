@@ -257,7 +257,7 @@ impl Reader {
         if values.len() != expected {
             let (nodes, of) = (element.size, if element.full { "" } else { " of the lower triangle" });
             let reason = format!(
-                "expected {expected} values{of} for {order} rows of {nodes} nodes, found {}: is the file cut short, or are directions missing behind *USER ELEMENT?",
+                "expected {expected} values{of} for {order} rows of {nodes} nodes, found {}: is the file truncated, or are directions missing behind *USER ELEMENT?",
                 values.len()
             );
             return Err(lines.fault_at(line, reason));

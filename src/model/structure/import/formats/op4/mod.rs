@@ -61,7 +61,7 @@ fn unpack(file: &str, bytes: &[u8]) -> Result<Vec<u8>, StructureError> {
     let mut whole = Vec::new();
     unpacked(bytes).read_to_end(&mut whole).map_err(|error| StructureError::Matrix {
         file: file.to_owned(),
-        reason: format!("the file is cut short or damaged ({error})"),
+        reason: format!("the file is truncated or damaged ({error})"),
     })?;
     Ok(whole)
 }
