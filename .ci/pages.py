@@ -1,17 +1,20 @@
-"""Pages in Chromium: `pages.py DATASET ... -- SCENE SIGNALS ... -- PREDICTED`, the first dataset of a study with a goal; beside each page of a
-row the table of the signals that it was drawn from; at last what `decore predict` makes of rows with the first dataset's models.
+"""Test HTML pages in Chromium: `pages.py DATASET ... -- SCENE SIGNALS ... -- PREDICTED`.
 
-Each page must draw every plot without an error on the console, at 1280, 800 and 390 pixels, on light and dark paper and for print, and save
-each as SVG. The first begins with the answer: the place to choose is in sight, sliders answer within 50 ms and change the prediction,
-predictions equal decore's to 1e-9, limits of a panel and of a column do not touch each other, and the answer is the first page of
-A4, whole and alone. On it,
-hovering shows a row and dragging selects rows; limits are set, changed and let go and rows are sorted by the keyboard alone. As a page of
-a sweep that is under way, with many factors, it shows the rows to come and the rows left out, and stays legible. Names of 10 kB
-do not make it wider. The same page
-with 100 000 rows of 20 columns must show its first plots within a second, and a drag answered within 100 ms, whichever part of the page is
-in sight. On a page of a row time is played, set, jumped over and zoomed into, by pointer and keyboard; what moves is
-where the signals have it to 1e-6 m, at 30 frames a second, and the page has at most 5 MB. LIMIT_FACTOR loosens times, for machines that do
-other work at the same time.
+The first dataset needs a study with a goal. Give the table of its signals with each page of a row. PREDICTED contains predictions of
+`decore predict` with the models of the first dataset.
+
+All pages: every plot is drawn without an error on the console, at 1280, 800 and 390 pixels, light, dark and in print, and can be saved as SVG.
+
+The first page: the answer is visible at the top, and fills the first page of A4. Sliders react within 50 ms and change the prediction.
+Predictions equal decore's to 1e-9. Limits of a panel and of a column are independent. Hovering shows a row, dragging selects rows. The keyboard
+alone can set, change and remove limits, and sort rows. For an unfinished sweep with many factors the page shows missing and hidden rows, and
+stays legible. Names of 10 kB do not make it wider. With 100,000 rows of 20 columns, it shows its first plots within a second and reacts to
+a drag within 100 ms, at any scroll position.
+
+Pages of a row: pointer and keyboard play, set, jump and zoom the time. Moving parts agree with the signals to 1e-6 m, at 30 frames a
+second. The page has at most 5 MB.
+
+LIMIT_FACTOR multiplies all time limits, for busy machines.
 """
 
 import base64
@@ -45,7 +48,7 @@ SVGS = """() => [...figures].filter((figure) => {
     const document = new DOMParser().parseFromString(figure.svg(), 'image/svg+xml');
     return document.querySelector('parsererror') || !document.querySelector('polyline, rect + rect, circle, polygon');
 }).map((figure) => figure.title)"""
-# How far within the figure the outermost texts of parallel coordinates stand, in pixels, left and right.
+# Distance in pixels of the outermost labels of parallel coordinates from the figure's edges, left and right.
 ENDS = """() => {
     const drawn = document.createElement('div'), figure = [...figures].find(({ title }) => title === 'Parallel coordinates');
     drawn.innerHTML = figure.svg();
@@ -54,7 +57,7 @@ ENDS = """() => {
     drawn.remove();
     return [Math.min(...texts.map((text) => text.left)) - box.left, box.right - Math.max(...texts.map((text) => text.right))];
 }"""
-# Where a hammer's parts are drawn beside each other, by the signals that say so.
+# Drawn positions of a hammer's parts, compared with the signals.
 POSES = """async (times) => {
     const { mechanism } = await scene, { hammers } = mechanism.meta;
     return times.map((time) => hammers.map((hammer, h) => {
@@ -78,14 +81,14 @@ PARALLEL = "figure:has(canvas[aria-label='Parallel coordinates']) canvas"
 
 
 def grown(page: str) -> str:
-    """The page with the rows of a large dataset in place of its own."""
+    """Return the page with the rows of a large dataset."""
     inside = lambda name: re.search(f'id="{name}">(.*?)</script>', page, re.S)
     meta, random_ = json.loads(inside("meta")[1]), random.Random(1)
     kept = [c for c in meta["columns"] if c["name"] in ("row", "status", "reason") or c["group"] == "factor"]
     others = [c for c in meta["columns"] if c not in kept and c["form"] != "u8"]
     meta["columns"] = kept + sorted(others, key=lambda c: c["rank"] < 0)[: COLUMNS - len(kept)]
     meta["rows"] = meta["rows_there"] = meta["rows_shown"] = ROWS
-    # Models of so many rows are not fitted for a page.
+    # A page has no models of so many rows.
     meta["answer"], meta["models"] = None, {"found": None, "why": "Models take longer than a page should."}
     data, base = bytearray(), [random_.random() for _ in range(ROWS)]
     for k, column in enumerate(meta["columns"]):
@@ -106,7 +109,7 @@ def grown(page: str) -> str:
 
 
 def lone(page: str) -> str:
-    """The page as of the first row alone."""
+    """Return the page with only the first row."""
     start, end = re.search('id="meta">(.*?)</script>', page, re.S).span(1)
     meta = json.loads(page[start:end])
     meta.update(rows=1, rows_there=1, rows_shown=1)
@@ -114,7 +117,7 @@ def lone(page: str) -> str:
 
 
 def unfinished(page: str) -> tuple[str, int]:
-    """The page as of a sweep with three rows still to come and 30 factors more; and how many rows it is to have."""
+    """Return the page of a sweep with three missing rows and 30 more factors, and its number of rows."""
     start, end = re.search('id="meta">(.*?)</script>', page, re.S).span(1)
     meta = json.loads(page[start:end])
     meta["rows"] = meta["rows_there"] + 3
@@ -125,7 +128,7 @@ def unfinished(page: str) -> tuple[str, int]:
 
 
 def long_names(page: str) -> str:
-    """The page as of a study whose title, a factor's name and a note have 10 kB without a blank."""
+    """Return the page of a study whose title, a factor's name and a note have 10 kB without a blank."""
     start, end = re.search('id="meta">(.*?)</script>', page, re.S).span(1)
     meta, name = json.loads(page[start:end]), "A" * 10_000
     meta["title"] = name
@@ -136,7 +139,7 @@ def long_names(page: str) -> str:
 
 
 class Browser:
-    """Opens pages and gathers what goes wrong in them."""
+    """Opens pages and collects their errors."""
 
     def __init__(self, chromium):
         self.chromium = chromium
@@ -161,7 +164,7 @@ class Browser:
         if width == 1280 and scheme == "light":
             page.pdf()
             assert not page.evaluate(BLANK) and not page.wrong, f"{path} in print: {page.wrong}"
-            # What is printed has the texts of the axes on the same canvas: all others are hidden.
+            # The printed page has the labels of the axes on the same canvas; hide all others.
             page.emulate_media(media="print")
             hidden = "[...document.querySelectorAll('canvas.over')].every((one) => getComputedStyle(one).display === 'none')"
             page.evaluate("dispatchEvent(new Event('beforeprint'))")
@@ -182,7 +185,7 @@ class Browser:
         page.close()
 
     def moves(self, path: pathlib.Path, signals: pathlib.Path) -> tuple[float, float]:
-        """Plays, sets, jumps, zooms, hovers; frames a second, and the largest distance in m between what is drawn and the signals."""
+        """Play, set, jump, zoom and hover. Return frames a second, and the largest distance in m between drawing and signals."""
         page = self.open(path, 1280)
         shown = lambda: page.evaluate("scene.then(({ view }) => [view.from, view.to, view.now])")
         page.keyboard.press("n")
@@ -230,7 +233,7 @@ class Browser:
         return 1000 * (end[0] - begin[0]) / (end[1] - begin[1]), off
 
     def off(self, page, signals: pathlib.Path) -> float:
-        """Largest distance in m between what is drawn and a table of signals."""
+        """Return the largest distance in m between the drawing and a table of signals."""
         table = pyarrow.parquet.read_table(signals)
         column = lambda name: table[name].to_numpy()
         places = range(0, table.num_rows, 7)
@@ -245,7 +248,7 @@ class Browser:
         )
 
     def answers(self, path: pathlib.Path) -> tuple[float, float, float]:
-        """Hovers and drags over the parallel coordinates; ms until plots were in sight, longest until a drag and any limit was answered."""
+        """Hover and drag over the parallel coordinates. Return ms until plots were visible, and the longest reaction to a drag and a limit."""
         page = self.open(path, 1280)
         drawn = page.evaluate("performance.getEntriesByName('decore-drawn')[0].startTime")
         canvas = page.locator(PARALLEL).first
@@ -303,7 +306,7 @@ class Browser:
         assert not page.wrong, f"{path}: {page.wrong}"
         self.on_paper(page, path)
         page.close()
-        # Nine of ten: the machine has other work at times.
+        # Nine of ten, because the machine may be busy.
         return times[int(0.9 * (len(times) - 1))], off
 
     def alike(self, page, predicted: pathlib.Path) -> float:
@@ -336,7 +339,7 @@ class Browser:
         page.pdf(path=sheet, format="A4")
         first, second, *_ = [" ".join(one.extract_text().split()) for one in pypdf.PdfReader(sheet).pages]
         sheet.unlink()
-        for text in ("Two placements", "Behind the answer", "To narrow it"):
+        for text in ("Two placements", "Behind the answer", "To reduce it"):
             assert text in first and text not in second, f"`{text}` is not on the first page alone"
         assert "rows are there" in second and "rows are there" not in first, "the rows do not begin on the second page"
 
@@ -369,11 +372,11 @@ class Browser:
 
 
     def tells(self, path: pathlib.Path, rows: int) -> None:
-        """Of an unfinished sweep with many factors: what is still to come, what is not drawn; texts beside many columns, one column alone."""
+        """Check the page of an unfinished sweep with many factors: missing rows, hidden rows, labels of many columns, a single column."""
         page = self.open(path, 1280)
         text = page.inner_text("main")
         assert f"3 of {rows} rows are still to come." in text and "All rows are done" not in text, "rows to come are not told"
-        assert re.search(r"Drawn are the 24 factors .*; \d+ more are not", text), "factors that are not drawn are not told"
+        assert re.search(r"The figure shows the 24 factors .*; \d+ more are hidden", text), "no note on hidden factors"
         refused = "usedWords({ used: { whole: 1, of: 2, unit: 'rows', left_out: [] }, refused: 'no indices: why', notes: [] })"
         assert page.evaluate(refused) == "No indices: why. From 1 of 2 rows."
         page.evaluate("[...document.querySelectorAll('.choice input:checked')].slice(2).forEach((box) => box.click())")
@@ -430,7 +433,7 @@ def main(paths: list[pathlib.Path], scenes: list[tuple[pathlib.Path, pathlib.Pat
         page.close()
         large = pathlib.Path(scratch) / "large.html"
         large.write_text(grown(paths[0].read_text(encoding="utf-8")), encoding="utf-8")
-        # The first of three is also the browser's own warming up.
+        # The first of three includes the browser's warm-up.
         times = [browser.answers(large) for _ in range(3)]
         drawn, brush, anywhere = (min(column) for column in zip(*times))
         size = large.stat().st_size / 1e6

@@ -1,10 +1,9 @@
-//! decore: coupled simulation of pneumatic de-coring hammers, castings and a reduced machine structure, and designs of
+//! decore simulates pneumatic de-coring hammers, castings and a reduced machine structure as one coupled system, and runs designs of
 //! experiments over it.
 //!
 //! # The library
 //!
-//! Three modules are for programs that embed decore: [`study`] reads study files, [`engine`] runs their rows, [`dataset`] reads and
-//! writes the tables.
+//! To embed decore, use three modules: [`study`] reads study files, [`engine`] runs their rows, [`dataset`] reads and writes the tables.
 //!
 //! ```
 //! use std::path::Path;
@@ -38,14 +37,14 @@
 //! decore             command line, pages, plots, Python
 //! ```
 //!
-//! Each package imports packages above it only. `ARCHITECTURE.md` shows the flow of a row through them. A row's outcome
-//! depends on (study, seed, row) alone.
+//! Each package imports only the packages above it. `ARCHITECTURE.md` shows the flow of a row through them. A row's outcome depends only
+//! on (study, seed, row).
 //!
 //! # The same bytes on every system
 //!
-//! Rows use IEEE 754's operations, functions of libm and of `decore_math::number`: a platform's own exponential or sine
-//! differs in the last bit, and several hammers on a casting amplify that. `clippy.toml` lists the functions that are refused for
-//! this reason. Modules that describe, draw or analyse rows may use them.
+//! Rows use only IEEE 754 operations and functions of libm and `decore_math::number`. A platform's own exponential or sine differs in the
+//! last bit, and several hammers on one casting amplify this difference. `clippy.toml` lists the functions that are forbidden for this
+//! reason. Modules that describe, draw or analyse rows may use them.
 #![deny(missing_docs)]
 #![cfg_attr(not(test), deny(clippy::disallowed_methods))]
 

@@ -1,10 +1,11 @@
-"""Trains a predictor of de-coring on a sweep: sweep, table, grouped cross-validation, score beside the label's own noise.
+"""Train a predictor of de-coring on a sweep: sweep, table, grouped cross-validation, score compared with the label's own noise.
 
-Usage: python train_predictor.py [PROGRAM] [FOLDER] (default: `decore` on the path, a folder of its own); needs numpy, polars, duckdb,
-scikit-learn and xgboost.
+Usage: python train_predictor.py [PROGRAM] [FOLDER] (default: `decore` from PATH, a temporary folder)
 
-The label stands for what a laboratory would measure, the share of the core that is left, and is made up here: a function of the work and the
-frequency that the casting got, with measuring noise of a known size. How well it can be predicted at best is therefore known.
+Install the packages first: pip install numpy polars duckdb scikit-learn xgboost
+
+The label replaces a laboratory measurement: the share of the core that is left. It is made up, as a function of the casting's work and frequency,
+with measuring noise of a known size. So the best possible score is known.
 """
 
 import pathlib
@@ -24,7 +25,7 @@ SIMULATED = ["work_j", "first_impact_energy_j", "periodic_energy_mean_j", "hit_f
 
 
 def made(program, folder):
-    """The sweep and the flat table, as a frame of the rows that are done."""
+    """Run the sweep and return its flat table, as a frame of the rows that are done."""
     dataset, features = folder / "rows", folder / "features"
     subprocess.run([program, "run", STUDY, "--output", dataset], check=True, stdout=subprocess.DEVNULL)
     subprocess.run([program, "export", dataset, "--features", features, "--splits", "0.8,0.2", "--replace"], check=True)
@@ -32,19 +33,19 @@ def made(program, folder):
 
 
 def label(table):
-    """The share of the core that is left, measured with noise."""
+    """Return the share of the core that is left, measured with noise."""
     removed = 1.0 - np.exp(-(table["work_j"] / 90.0) * (table["hit_frequency_mean_hz"] / 22.0) ** 0.5)
     return (1.0 - removed).to_numpy() + np.random.default_rng(1).normal(0.0, NOISE, len(table))
 
 
 def score(truth, predicted):
-    """Root mean square error, and the share of the variance that is predicted."""
+    """Return the root mean square error and the predicted share of the variance."""
     error = np.sqrt(np.mean((truth - predicted) ** 2))
     return error, 1.0 - error**2 / np.var(truth)
 
 
 def compare(table):
-    """Scores of two sets of inputs, folds made by group and at random."""
+    """Return the scores of two sets of inputs, with folds by group and at random."""
     truth, groups = label(table), table["group_id"].to_numpy()
     factors = [name for name in table.columns if name.startswith("factor_")]
     model = XGBRegressor(n_estimators=300, max_depth=3, learning_rate=0.05, subsample=0.8, random_state=0, n_jobs=1)
@@ -61,7 +62,7 @@ def compare(table):
 
 
 def held_out(table):
-    """The score on the part that `--splits` holds out."""
+    """Return the score on the test part of `--splits`."""
     truth = label(table)
     train, test = (table["split"].to_numpy() == part for part in ("train", "test"))
     rows = table.select(SIMULATED).to_numpy()
@@ -71,7 +72,7 @@ def held_out(table):
 
 
 def as_it_lies(dataset, table):
-    """Polars and DuckDB read the dataset itself: the same figures as in the table."""
+    """Check that Polars and DuckDB read the same figures from the dataset as from the table."""
     by_polars = pl.scan_parquet(dataset / "blows" / "*.parquet").filter(pl.col("kind") != "blank").group_by("row").agg(pl.col("energy_j").mean()).collect()
     by_duckdb = duckdb.sql(f"select row, avg(energy_j) from '{dataset}/blows/*.parquet' where kind <> 'blank' group by row").fetchall()
     exported = dict(table.select("row", "blow_energy_mean_j").iter_rows())
@@ -84,7 +85,7 @@ def as_it_lies(dataset, table):
 
 
 def main(program, folder):
-    """All of it in a folder."""
+    """Run all steps in a folder."""
     dataset, table = made(program, folder)
     found = compare(table)
     held_out(table)

@@ -1,6 +1,7 @@
-"""Holds the NumPy predictor to decore: `predicted_alike.py predict.py MODEL TABLE PREDICTED`.
+"""Compare the NumPy predictor with decore: `predicted_alike.py predict.py MODEL TABLE PREDICTED`.
 
-Means, standard deviations and ends of intervals are equal to 1e-12 of the output's spread in the model, probabilities to 1e-12.
+Means, standard deviations and ends of intervals agree to 1e-12 of the output's spread in the model, probabilities to 1e-12. The predictor
+loads the model without pyarrow.
 """
 
 import importlib.util
@@ -13,7 +14,13 @@ specification = importlib.util.spec_from_file_location("predict", sys.argv[1])
 predictor = importlib.util.module_from_spec(specification)
 specification.loader.exec_module(predictor)
 
-model, rows, ours = predictor.load(sys.argv[2]), predictor._read(sys.argv[3]), parquet.read_table(sys.argv[4])
+arrow = {name: sys.modules.pop(name) for name in list(sys.modules) if name.partition(".")[0] == "pyarrow"}
+sys.modules["pyarrow"] = None
+model = predictor.load(sys.argv[2])
+sys.modules.update(arrow)
+columns = parquet.read_table(sys.argv[2])
+assert all(np.array_equal(columns[name], model["columns"][name], equal_nan=True) for name in columns.column_names), "other columns"
+rows, ours = predictor._read(sys.argv[3]), parquet.read_table(sys.argv[4])
 found, compared, worst = predictor.predict(model, rows), 0, 0.0
 missing = {f"{o['output']}{end}" for o in model["figures"]["outputs"] for end in ("", "_std_dev", "_low", "_high")} - set(found)
 assert not missing, missing

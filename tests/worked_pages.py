@@ -1,23 +1,28 @@
-"""Does what the worked pages say, command by command, and holds what they show to what is printed.
+"""Follow the worked pages command by command, and compare the output with the page.
 
-Usage: python worked_pages.py STUDIES PROGRAM [PAGE ...] (the folder `studies`; the built program; pages of it, all unless named)
-With DECORE_UPDATE_PAGES=1 lines that are no longer printed are replaced by those that are, where their number is the same.
+Usage: python worked_pages.py STUDIES PROGRAM [PAGE ...] (the folder `studies`; the built program; default: all pages)
+With DECORE_UPDATE_PAGES=1 lines that differ are replaced by the most similar lines of the output.
 
-A page's `console` blocks hold commands (`$ ...`) and what they print, in which `...` stands for anything; its `toml` blocks begin with a
-comment that names the file to write; its `python` blocks are run by this interpreter, a `text` block behind one is what it prints.
+A page's `console` blocks hold commands (`$ decore ...`) and their output, in which `...` matches anything. Commands run without a shell, so that
+they work in every shell. A comment behind a command states its exit code (`# exit code 4`), or asks for an interruption
+(`# press Ctrl-C after 3 seconds`). A `toml` block begins with a comment with the name of its file. A `python` block runs in this
+interpreter; a `text` block behind it is its output.
 """
 
+import difflib
 import os
 import pathlib
 import re
+import shlex
 import shutil
+import signal
 import subprocess
 import sys
 import tempfile
 
 
 def blocks(page):
-    """The fenced blocks of a page: language, text, line."""
+    """Yield the fenced blocks of a page: language, text, line."""
     language, lines, start = None, [], 0
     for number, line in enumerate(page.read_text().splitlines(), 1):
         if language is None and line.startswith("```"):
@@ -32,69 +37,93 @@ def blocks(page):
 
 
 def commands(lines):
-    """The commands of a block with the lines that each is to print."""
+    """Return the commands of a block with the expected lines of each."""
     found = []
     for line in lines:
         if line.startswith("$ "):
             found.append((line[2:], []))
-        elif found and found[-1][0].endswith("\\"):
-            found[-1] = (f"{found[-1][0]}\n{line}", [])
         elif found:
             found[-1][1].append(line)
     return found
 
 
 def shows(expected, printed):
-    """Whether a text is as shown; `...` stands for anything, over lines where it stands alone."""
+    """Return whether a text matches; `...` matches anything, over several lines if it is alone on its line."""
     pattern = "\n".join(expected).strip()
     pattern = re.escape(pattern).replace(r"\.\.\.", ".*?")
     return re.fullmatch(pattern, printed.strip(), re.DOTALL) is not None
 
 
-def hold(page, number, expected, printed, what):
-    """Ends the program unless what is printed is as shown; the page is brought up to date instead where that is asked for."""
+def updated(expected, printed):
+    """Return the expected lines, each that is not in the output replaced by the most similar line of the output."""
+    rest, found = printed.strip().splitlines(), []
+    for line in expected:
+        match = next((place for place, one in enumerate(rest) if shows([line], one)), None)
+        if line.strip() != "..." and match is None and rest:
+            likeness = [difflib.SequenceMatcher(None, line, one).ratio() for one in rest]
+            match = likeness.index(max(likeness))
+            line = rest[match]
+        found.append(line)
+        rest = rest if line.strip() == "..." or match is None else rest[match + 1 :]
+    return found
+
+
+def hold(page, number, expected, printed, program):
+    """End the program unless the output matches the page; with DECORE_UPDATE_PAGES=1 change the page instead."""
     if shows(expected, printed):
         return
-    new = printed.strip().splitlines()
-    if os.environ.get("DECORE_UPDATE_PAGES") != "1" or len(new) != len(expected):
-        sys.exit(f"{page}:{number}: {what} does not print what the page shows")
-    text = page.read_text()
-    lines = [old if shows([old], line) else line for old, line in zip(expected, new)]
-    page.write_text(text.replace("\n".join(expected), "\n".join(lines), 1))
+    new = updated(expected, printed)
+    if os.environ.get("DECORE_UPDATE_PAGES") != "1" or not shows(new, printed):
+        difference = "\n".join(difflib.unified_diff(expected, printed.splitlines(), "page", "output", lineterm=""))
+        sys.exit(f"{page}:{number}: the output of {program} differs from the page\n{difference}")
+    page.write_text(page.read_text().replace("\n".join(expected), "\n".join(new), 1))
 
 
 def run(command, folder):
-    """What a command prints; the program ends if it fails."""
-    done = subprocess.run(command, cwd=folder, capture_output=True, text=True)
-    if done.returncode != 0:
-        sys.exit(f"worked_pages: {command}: code {done.returncode}\n{done.stdout}\n{done.stderr}")
-    return "\n".join(line.rstrip() for line in done.stdout.splitlines())
+    """Return the output of a command without a shell; end the program if its exit code is not the expected one."""
+    words = shlex.split(command, comments=True)
+    if words[0] not in ("decore", "python"):
+        sys.exit(f"worked_pages: `{command}`: pages use only `decore` and `python`, which every shell has")
+    comment = command.partition(" # ")[2]
+    code = int((re.search(r"exit code (\d+)", comment) or [0, 0])[1])
+    words[0] = sys.executable if words[0] == "python" else words[0]
+    with subprocess.Popen(words, cwd=folder, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True) as process:
+        if pause := re.search(r"Ctrl-C after (\d+) seconds", comment):
+            try:
+                process.wait(float(pause[1]))
+            except subprocess.TimeoutExpired:
+                process.send_signal(signal.SIGINT)
+        output, errors = process.communicate()
+    if process.returncode != code:
+        sys.exit(f"worked_pages: {command}: exit code {process.returncode}, expected {code}\n{output}\n{errors}")
+    return "\n".join(line.rstrip() for line in output.splitlines())
 
 
 def follow(page, folder):
-    """Does what a page says in a folder."""
-    said = ""
+    """Follow a page in a folder."""
+    output = ""
     for language, lines, number in blocks(page):
         if language == "toml":
             name = lines[0].removeprefix("# ")
             (folder / name).write_text("\n".join(lines) + "\n")
         elif language == "python":
-            said = run([sys.executable, "-c", "\n".join(lines)], folder)
-            print(said)
+            (folder / "block.py").write_text("\n".join(lines) + "\n")
+            output = run("python block.py", folder)
+            print(output)
         elif language == "text":
-            hold(page, number, lines, said, "the program above")
+            hold(page, number, lines, output, "the program above")
         elif language == "console":
             for command, expected in commands(lines):
-                printed = run(["bash", "-euo", "pipefail", "-c", command], folder)
+                printed = run(command, folder)
                 print(f"$ {command}\n{printed}")
                 if expected:
                     hold(page, number, expected, printed, f"`{command}`")
         else:
-            sys.exit(f"{page}:{number}: a block of `{language}`")
+            sys.exit(f"{page}:{number}: unknown language `{language}` of a block")
 
 
 def main(studies, program, names):
-    """All pages; the first that is wrong ends the program."""
+    """Follow all pages; the first one that differs ends the program."""
     os.environ["PATH"] = f"{program.parent}{os.pathsep}{os.environ['PATH']}"
     pages = [studies / "guide" / name for name in names] or sorted((studies / "guide").glob("*.md"))
     if not pages:

@@ -10,10 +10,10 @@ use decore_model::system::PlacedModes;
 /// Wall time in s of a run that is not repeated: noise hardly matters to it.
 const LONG_RUN_S: f64 = 5.0;
 
-/// Twins that show the scene's sensitivity, unless the scene asks for more.
+/// Number of twins for the scene's sensitivity, unless the scene has more.
 const LEAST_TWINS: usize = 2;
 
-/// What is compared.
+/// Scene and settings of a comparison.
 pub struct Experiment<'a> {
     /// The scene.
     pub scene: &'a Scene,
@@ -23,32 +23,32 @@ pub struct Experiment<'a> {
     pub all_modes: Option<&'a PlacedModes>,
     /// The settings.
     pub settings: Vec<Setting>,
-    /// Runs of each setting, of which the fastest counts; what takes longer than 5 s is run once.
+    /// Runs of each setting, of which the fastest counts. Settings that take longer than 5 s run once.
     pub repeats: usize,
 }
 
-/// Why there is nothing to compare with.
+/// Reason why a scene has no reference to compare with.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 #[error("the {run} did not end: {reason}")]
 pub struct AccuracyError {
-    /// Which of the runs.
+    /// Name of the run.
     pub run: &'static str,
-    /// Why.
+    /// Reason, as a sentence.
     pub reason: String,
 }
 
 /// A run that begins.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Begun<'a> {
-    /// How many have begun, this one included.
+    /// Number of started runs, including this one.
     pub number: usize,
-    /// How many there will be at most: a setting that takes long is run once.
+    /// Largest number of runs. A setting that takes long runs once.
     pub of: usize,
-    /// What is run.
+    /// Description of the run.
     pub what: &'a str,
 }
 
-/// Counts the runs and tells of them.
+/// Counts the runs and reports them.
 struct Teller<'a> {
     number: usize,
     of: usize,
@@ -62,7 +62,7 @@ impl Teller<'_> {
     }
 }
 
-/// Runs everything; `tell` hears of each run that begins.
+/// Runs everything; `tell` is called when a run begins.
 ///
 /// # Errors
 /// [`AccuracyError`] if the reference run, the perturbed one or that with all modes does not reach its end.

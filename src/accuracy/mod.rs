@@ -1,8 +1,8 @@
-//! Speed against error on a scene: the same run under many settings, against a converged reference of its own.
+//! Speed and error of solver settings on one scene: the same run with many settings, compared with a converged reference.
 //!
-//! Three things keep apart what is numerical and what is not: the reference's own error (it is run at two tolerances), the
-//! scene's sensitivity (impact sequences amplify perturbations: how far outputs move from a run to its twins is the floor below
-//! which no method can be judged), and the truncation of modes.
+//! Three figures separate numerical errors from other differences. The reference runs at two tolerances, which gives its own error. The
+//! scene's sensitivity is the change of the outputs between a run and its twins; no method can be judged below it. The third figure is
+//! the truncation of modes.
 
 mod measure;
 mod outputs;
@@ -34,7 +34,7 @@ pub struct Setting {
 }
 
 impl Setting {
-    /// What sets it apart from the others of its family: the tolerance, or the fixed step.
+    /// Setting that varies within its family: the tolerance or the fixed step.
     pub fn grade(&self) -> String {
         let SolverSettings { tolerance, method, step_s, .. } = self.solver;
         if method.is_fixed() { format!("{} us", (1e6 * step_s).round()) } else { format!("{tolerance:.0e}") }
@@ -97,7 +97,7 @@ pub fn fixed_steps(scene: &SolverSettings, slow: bool) -> Vec<Setting> {
 pub struct Measurement {
     /// The setting.
     pub setting: Setting,
-    /// How its run ended.
+    /// Status of its run.
     pub status: RowStatus,
     /// Wall time of the fastest of its runs per simulated second, ms.
     pub ms_per_simulated_s: f64,
@@ -109,7 +109,7 @@ pub struct Measurement {
     pub counters: Counters,
     /// Outputs of the run as a whole; `None` unless it reached its end.
     pub totals: Option<RunTotals>,
-    /// Relative error of each output against the reference; NaN where neither has it, infinite where one lacks it.
+    /// Relative error of each output against the reference; NaN if neither has it, infinite if one lacks it.
     pub errors: Vec<f64>,
 }
 

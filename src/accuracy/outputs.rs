@@ -22,7 +22,7 @@ pub(super) const HEADINGS: [(&str, &str); 4] = [
 pub struct Output {
     /// Name as in the tables.
     pub name: &'static str,
-    /// What it is.
+    /// Description of the output.
     pub description: String,
 }
 
@@ -68,7 +68,7 @@ fn numbers<T>(quantities: &'static [Quantity<T>]) -> impl Iterator<Item = &'stat
 fn quantities<T>(quantities: &'static [Quantity<T>], found: &[T], reference: &[T]) -> Vec<f64> {
     let largest = |quantity: &Quantity<T>| {
         let pairs = found.iter().zip(reference).map(|(a, b)| ((quantity.value)(a), (quantity.value)(b)));
-        // NaN where neither run has the output: the others decide.
+        // NaN if neither run has the output: the others decide.
         pairs.map(|(a, b)| difference(a, b)).fold(f64::NAN, f64::max)
     };
     numbers(quantities).map(largest).collect()

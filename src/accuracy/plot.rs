@@ -60,7 +60,7 @@ fn marker(setting: &Setting) -> Marker {
     }
 }
 
-/// What limits all settings: its name and its largest error.
+/// Errors that limit all settings: name and largest error.
 fn floors(accuracy: &Accuracy) -> Vec<(&'static str, f64)> {
     let all = [
         ("sensitivity of the scene", Some(&accuracy.sensitivity)),

@@ -6,7 +6,7 @@ use super::outputs::HEADINGS;
 use super::{Accuracy, MAIN_OUTPUTS, Measurement, REFERENCE_TOLERANCE};
 use decore_model::run::{PERTURBATION, RowStatus};
 
-/// Width of what stands before the errors.
+/// Width of the columns before the errors.
 const LEFT: usize = 96;
 
 /// The comparison as a table for people, errors relative.
@@ -52,7 +52,7 @@ fn headings() -> String {
     HEADINGS.map(|(_, heading)| format!("{heading:>13}")).join(" ")
 }
 
-/// A line per setting; what it says of a run that did not end takes the place of the preset.
+/// Writes a line per setting. For a run that did not end, the status replaces the preset.
 fn row(text: &mut String, accuracy: &Accuracy, measurement: &Measurement) {
     let setting = &measurement.setting;
     let remark = match measurement.status {

@@ -1,38 +1,115 @@
-"""Predicts rows with a model that `decore surrogate DATASET --output model.parquet` wrote.
+"""Predict rows with a model that `decore surrogate DATASET --output model.parquet` wrote. Needs NumPy alone: `pip install numpy`.
 
     python predict.py model.parquet rows.csv predicted.csv
 
-The rows have a column for each factor, named like it or `factor_` and its name, also as decore's own tables have it. NumPy computes;
-pyarrow reads and writes Parquet (files that end in .parquet; others are CSV, cells between commas). In a program: `model = load("model.parquet")`, then `predict(model, {"pressure": [5.0, 5.5], ...})`.
+The rows need a column for each factor, named like the factor, or `factor_` and its name. Separate cells by commas. Files that end in .parquet are
+read and written with pyarrow, if it is installed. In a program: `model = load("model.parquet")`, then `predict(model, {"pressure": [5.0, 5.5], ...})`.
 """
 
 import csv
 import json
 import re
+import struct
 import sys
 
 import numpy as np
 
 
-def load(path):
-    """The model: its figures and columns."""
-    import pyarrow.parquet as parquet
+def _whole(data, at):
+    """Read a variable-length whole number of Thrift's compact protocol; return it and the place behind it."""
+    number = shift = 0
+    while True:
+        byte = data[at]
+        number |= (byte & 127) << shift
+        at, shift = at + 1, shift + 7
+        if byte < 128:
+            return number, at
 
-    table = parquet.read_table(path)
-    figures = json.loads(parquet.read_metadata(path).metadata[b"decore.surrogate"])["surrogate"]
-    columns = {name: np.asarray(table[name], dtype=float) for name in table.column_names}
+
+def _value(data, at, kind):
+    """Read a value of Thrift's compact protocol; return it and the place behind it."""
+    if kind in (1, 2):
+        return kind == 1, at
+    if kind == 3:
+        return data[at], at + 1
+    if kind in (4, 5, 6):
+        number, at = _whole(data, at)
+        return (number >> 1) ^ -(number & 1), at
+    if kind == 7:
+        return struct.unpack_from("<d", data, at)[0], at + 8
+    if kind == 8:
+        size, at = _whole(data, at)
+        return data[at : at + size], at + size
+    if kind in (9, 10):
+        head, at = data[at], at + 1
+        size, at = (head >> 4, at) if head >> 4 < 15 else _whole(data, at)
+        values = []
+        for _ in range(size):
+            value, at = _value(data, at, head & 15)
+            values.append(value)
+        return values, at
+    if kind == 12:
+        return _fields(data, at)
+    raise ValueError(f"Thrift type {kind} is not supported")
+
+
+def _fields(data, at):
+    """Read a structure of Thrift's compact protocol as values by field number; return it and the place behind it."""
+    fields, number = {}, 0
+    while data[at] != 0:
+        head, at = data[at], at + 1
+        step, at = (head >> 4, at) if head >> 4 else _value(data, at, 4)
+        number = number + step if head >> 4 else step
+        fields[number], at = _value(data, at, head & 15)
+    return fields, at + 1
+
+
+def _numbers(data, column):
+    """Read the numbers of a column chunk: pages without compression, dictionary and nulls, as decore writes a model."""
+    # ColumnMetaData: 1 type, 4 codec, 5 values, 9 first page. Types: 2 INT64, 5 DOUBLE.
+    kind, codec, count, at = (column[field] for field in (1, 4, 5, 9))
+    if codec != 0 or kind not in (2, 5):
+        raise ValueError("the model was compressed or changed by another program: write it again with `decore surrogate --output`")
+    pages, found = [], 0
+    while found < count:
+        # PageHeader: 3 size, 5 data page; of that 1 values, 2 encoding (0 plain).
+        page, at = _fields(data, at)
+        if page.get(5, {}).get(2) != 0:
+            raise ValueError("the model was encoded by another program: write it again with `decore surrogate --output`")
+        pages.append(np.frombuffer(data, "<i8" if kind == 2 else "<f8", page[5][1], at))
+        at, found = at + page[3], found + page[5][1]
+    return np.concatenate(pages).astype(float) if pages else np.zeros(0)
+
+
+def load(path):
+    """Load a model: its figures and columns."""
+    with open(path, "rb") as file:
+        data = file.read()
+    if len(data) < 12 or data[:4] != b"PAR1" or data[-4:] != b"PAR1":
+        raise ValueError(f"{path} is not a model: expected a file that `decore surrogate --output` wrote")
+    # FileMetaData: 4 row groups, 5 key-values. RowGroup: 1 columns. ColumnChunk: 3 ColumnMetaData; of that 3 is the path.
+    footer, _ = _fields(data, len(data) - 8 - int.from_bytes(data[-8:-4], "little"))
+    entries = {entry[1]: entry.get(2, b"") for entry in footer.get(5, [])}
+    if b"decore.surrogate" not in entries:
+        raise ValueError(f"{path} is not a model: it has no entry `decore.surrogate`")
+    figures = json.loads(entries[b"decore.surrogate"])["surrogate"]
+    parts = {}
+    for group in footer[4]:
+        for chunk in group[1]:
+            parts.setdefault(b".".join(chunk[3][3]).decode(), []).append(_numbers(data, chunk[3]))
+    columns = {name: np.concatenate(part) for name, part in parts.items()}
     scaled = [columns[f"scaled_{factor['name']}"] for factor in figures["factors"]]
     return {"figures": figures, "columns": columns, "points": np.column_stack(scaled)}
 
 
-# Weights of rows are large numbers of both signs, and what is not known of a place is a small difference of large numbers, so that a last
-# digit of an exponential function or of a sum would show: functions, sums and the factor of the correlations are those of decore,
-# operation by operation, and so are the digits. No matrix product is used: libraries sum in an order of their own.
+# Weights of rows are large numbers of both signs, and the variance at a place is a small difference of large numbers. The last digit of an
+# exponential or a sum would therefore show. So functions, sums and factorisation repeat decore's operations one by one. There are no matrix
+# products, because libraries sum in their own order.
 _LN_2 = (0.6931471803691238, 1.9082149292705877e-10)
 
 
 def _exp(x):
-    """The exponential function, by basic operations alone."""
+    """Exponential function from basic operations."""
     rounding = 6755399441055744.0
     x = np.clip(x, -700.0, 700.0)
     k = (x * 1.4426950408889634 + rounding) - rounding
@@ -45,7 +122,7 @@ def _exp(x):
 
 
 def _ln(x):
-    """The natural logarithm of positive numbers, by basic operations alone."""
+    """Natural logarithm of positive numbers from basic operations."""
     mantissa, exponent = np.frexp(np.maximum(x, 2.2250738585072014e-308))
     mantissa, exponent = 2.0 * mantissa, exponent - 1.0
     large = mantissa > 1.4142135623730951
@@ -67,18 +144,18 @@ def _sum(rows, weights):
 
 
 def _scaled(factor, values):
-    """Places of values in a factor's range, 0 to 1; numbers of names. And whether they lie outside it or beyond what rows cover."""
+    """Return values scaled to a factor's range (0 to 1; for names their number), and whether they lie outside the range or beyond the rows."""
     if factor["names"]:
-        # Names may be numbers, which a table of another program has as such.
+        # Names can be numbers in a table of another program.
         values = [str(int(value)) if isinstance(value, float) and value.is_integer() else str(value) for value in values]
         unknown = set(values) - set(factor["names"])
         if unknown:
-            raise ValueError(f"{factor['name']}: {sorted(unknown)} are none of {factor['names']}")
+            raise ValueError(f"{factor['name']}: unknown values {sorted(unknown)}: expected one of {factor['names']}")
         numbers = np.array([factor["names"].index(name) for name in values], dtype=float)
         return numbers, np.array([name in factor.get("unseen", ()) for name in values], dtype=bool)
     values = np.asarray(values, dtype=float)
     if not np.all(np.isfinite(values)):
-        raise ValueError(f"{factor['name']}: not all values are numbers")
+        raise ValueError(f"{factor['name']}: expected finite numbers")
     low, high = factor["range"]
     slack = 1e-9 * max(high - low, abs(low), abs(high))
     outside = (values < low - slack) | (values > high + slack)
@@ -103,20 +180,20 @@ def _correlations(process, nominal, a, b):
 
 
 def _cholesky(matrix):
-    """Lower Cholesky factor; each entry less one product after the other."""
+    """Lower Cholesky factor; products are subtracted one by one."""
     for k in range(len(matrix)):
         matrix[k, k] = np.sqrt(matrix[k, k])
         below = matrix[k + 1 :, k]
         below /= matrix[k, k]
         for first in range(k + 1, len(matrix), 256):
-            # The lower triangle alone, by blocks of columns.
+            # Only the lower triangle, in blocks of columns.
             columns = below[first - k - 1 : first - k + 255]
             matrix[first:, first : first + 256] -= below[first - k - 1 :, None] * columns
     return matrix
 
 
 def _solve(factor, sides):
-    """Forward substitution for the columns of sides; each entry less one product after the other."""
+    """Forward substitution for the columns of sides; products are subtracted one by one."""
     for k in range(len(factor)):
         sides[k] /= factor[k, k]
         sides[k + 1 :] -= factor[k + 1 :, k][:, None] * sides[k]
@@ -148,7 +225,7 @@ def _process(model, process, name, places):
 
 
 def _far(model, places):
-    """Whether places are far from all rows that an output is modelled from."""
+    """Return whether places are far from all rows of the models."""
     figures, columns = model["figures"], model["columns"]
     modelled = [~np.isnan(columns[output["output"]]) for output in figures["outputs"] if output["process"] is not None]
     if figures.get("covered_distance") is None or not modelled:
@@ -165,26 +242,26 @@ def _far(model, places):
 
 
 def _identifier(name):
-    """A name as a part of a column's: letters, digits and underscores, and a letter in front."""
+    """Return a name as part of a column's name: letters, digits and underscores, first a letter."""
     safe = re.sub("[^A-Za-z0-9]", "_", name)
     return safe if re.match("[A-Za-z]", safe) else f"n_{safe}"
 
 
 def _column(rows, name):
-    """The name of the column that has the values of a factor."""
+    """Return the name of the column with the values of a factor."""
     written = [c for wanted in (_identifier(f"factor_{name}"), f"factor_{_identifier(name)}") for c in rows if _identifier(c) == wanted]
     own = [name] if name in rows else []
     if own and name.startswith("factor_"):
         written = []
     if own and written:
-        raise ValueError(f"there is a column `{name}` and a column `{written[0]}`: rename the one that is not meant")
+        raise ValueError(f"both columns `{name}` and `{written[0]}` exist: rename the one that is not the factor")
     if not own and not written:
-        raise ValueError(f"there is no column `{name}` (or `factor_{name}`), only: {', '.join(rows)}")
+        raise ValueError(f"column `{name}` (or `factor_{name}`) is missing; columns: {', '.join(rows)}")
     return (own or written)[0]
 
 
 def predict(model, rows):
-    """For each output its expected value, standard deviation, interval and, where rows failed, the probability of success."""
+    """Return for each output its expected value, standard deviation, interval and, if rows failed, the probability of success."""
     figures = model["figures"]
     cells = [rows[_column(rows, factor["name"])] for factor in figures["factors"]]
     scaled, outside = zip(*(_scaled(factor, values) for factor, values in zip(figures["factors"], cells)))
@@ -211,35 +288,41 @@ def predict(model, rows):
     return found
 
 
-def _read(path):
-    """The columns of a file by their names; those of CSV are texts, so that names that look like numbers stay as they are."""
-    if path.endswith(".parquet"):
+def _pyarrow(path):
+    """Import pyarrow and its module for Parquet, or explain what to do without it."""
+    try:
+        import pyarrow
         import pyarrow.parquet as parquet
+    except ImportError:
+        raise ValueError(f"{path}: Parquet needs pyarrow: run `pip install pyarrow`, or use a CSV file") from None
+    return pyarrow, parquet
 
-        return parquet.read_table(path).to_pydict()
+
+def _read(path):
+    """Return the columns of a file by name; columns of CSV stay texts, because a name can look like a number."""
+    if path.endswith(".parquet"):
+        return _pyarrow(path)[1].read_table(path).to_pydict()
     with open(path, newline="", encoding="utf-8-sig") as file:
         reader = csv.reader(file)
         lines = [(reader.line_num, [cell.strip() for cell in line]) for line in reader if line]
     if not lines:
-        raise ValueError(f"{path} is empty: expected a line of names and rows")
+        raise ValueError(f"{path} is empty: expected a line of column names, then rows")
     (_, header), *rows = lines
     for name in header:
         if header.count(name) > 1:
-            raise ValueError(f"{path}: {header.count(name)} columns are `{name}`: rename those that are not meant")
+            raise ValueError(f"{path}: {header.count(name)} columns are named `{name}`: rename all but one")
     for number, row in rows:
         if len(row) != len(header):
-            raise ValueError(f"{path}, line {number}: {len(row)} cells, where the first line has {len(header)}")
+            raise ValueError(f"{path}, line {number}: {len(row)} cells, expected {len(header)} as in the first line")
     return {name: [row[place] for _, row in rows] for place, name in enumerate(header)}
 
 
 def main(model, rows, output):
-    """Predicts the rows of a file."""
+    """Predict the rows of a file."""
     found = predict(load(model), _read(rows))
     print(f"{int(found['outside'].sum())} of {len(found['outside'])} rows lie outside the factors' ranges or far from the model's rows", file=sys.stderr)
     if output.endswith(".parquet"):
-        import pyarrow
-        import pyarrow.parquet as parquet
-
+        pyarrow, parquet = _pyarrow(output)
         parquet.write_table(pyarrow.table(found), output)
         return
     with open(output, "w", newline="", encoding="utf-8") as file:
@@ -248,4 +331,9 @@ def main(model, rows, output):
 
 
 if __name__ == "__main__":
-    main(*sys.argv[1:])
+    if len(sys.argv) != 4:
+        sys.exit("error: expected three files: python predict.py model.parquet rows.csv predicted.csv")
+    try:
+        main(*sys.argv[1:])
+    except (OSError, ValueError) as error:
+        sys.exit(f"error: {error}")

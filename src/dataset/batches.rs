@@ -1,4 +1,4 @@
-//! Tables as batches of Arrow: those of rows in memory, and those of a dataset as they are read.
+//! Tables as Arrow batches: from rows in memory, and from a dataset that is read.
 
 use std::collections::VecDeque;
 use std::path::PathBuf;
@@ -94,7 +94,7 @@ impl Batches {
                 continue;
             };
             let batch = batch.map_err(|error| DatasetError::Parquet { path: path.clone(), source: error.into() })?;
-            // The same columns with the same types; what parts say of themselves is not the table's.
+            // Compare only columns and types: parts have further metadata.
             let columns = batch.columns().to_vec();
             return match RecordBatch::try_new(Arc::clone(&self.schema), columns) {
                 Ok(batch) => Ok(Some(batch)),

@@ -1,7 +1,7 @@
 //! The cells of a row as bytes.
 //!
-//! One column is read by its getter. A row that is written needs them all, on a thread whose caches the row's simulation has filled
-//! with other things: there a struct writes all its quantities at once.
+//! A reader gets one column with its getter. A writer needs all columns of a row, on a thread whose caches are full of the row's
+//! simulation. There a struct writes all its quantities at once.
 
 use std::ops::Range;
 
@@ -22,7 +22,7 @@ pub enum StructColumns {
 }
 
 impl StructColumns {
-    /// What a column belongs to.
+    /// Group of a column.
     fn of(column: &Column) -> Option<Self> {
         match column.get {
             Get::Counters(_) => Some(Self::Counters),
@@ -47,7 +47,7 @@ impl StructColumns {
         }
     }
 
-    /// Appends its cells; `None` where the row has no such struct.
+    /// Appends its cells; `None` if the row has no such struct.
     fn put(self, source: &Source<'_>, bytes: &mut Vec<u8>) -> Option<()> {
         match self {
             Self::Counters => source.outcome().counters.put_cells(bytes),
@@ -64,7 +64,7 @@ impl StructColumns {
 /// Columns of a table that are written in one way.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub enum Segment {
-    /// All that a struct has.
+    /// All columns of a struct.
     Whole(StructColumns),
     /// Each by its getter.
     Each(Range<usize>),

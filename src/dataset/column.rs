@@ -1,4 +1,4 @@
-//! A column: what it is, and where its value for a row comes from.
+//! A column: its description, and the source of its value for a row.
 
 use schemars::JsonSchema;
 use serde::Serialize;
@@ -12,7 +12,7 @@ use decore_model::metrics::{
 use decore_model::run::RowOutcome;
 use decore_quantity::{Cell, Kind, Value};
 
-/// What a column is about.
+/// Subject of a column.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum ColumnGroup {
@@ -52,9 +52,9 @@ pub struct ColumnDescription {
     pub kind: Kind,
     /// Unit; `1` for numbers without one, empty for text.
     pub unit: String,
-    /// What it is, in words.
+    /// Description in words.
     pub description: String,
-    /// What it is about.
+    /// Subject of the column.
     pub group: ColumnGroup,
     /// The factor, hammer or casting, named as in the study.
     #[serde(skip_serializing_if = "Option::is_none")]
@@ -91,7 +91,7 @@ pub fn numerical_error_name(name: &str) -> String {
     format!("{name}_numerical_error")
 }
 
-/// What a row of a table is made from.
+/// Data from which a row of a table is made.
 pub struct Source<'a> {
     info: &'a DatasetInfo,
     record: &'a RowRecord,
@@ -155,7 +155,7 @@ pub type Read<T> = for<'a> fn(&'a T) -> Cell<'a>;
 /// Reads a spectrum of a core point.
 pub type ReadSpectrum = fn(&CoreSpectrum) -> &[f64];
 
-/// Where a column has its value from. Plain data: which columns are all that a struct has can be seen from it.
+/// Source of a column's value. As plain data it shows which columns a struct provides.
 #[derive(Clone, Copy)]
 pub enum Get {
     Record(Read<RowRecord>),
@@ -177,10 +177,10 @@ pub enum Get {
     CoreTotals(Read<CoreTotals>),
     Totals(Read<RunTotals>),
     Twins(Read<Scatter>),
-    /// Of what, and the quantity's name.
+    /// Group and name of the quantity.
     Scatter(ScatterGroup, &'static str),
     Numerical(Read<NumericalErrors>),
-    /// Of what, and the quantity's name.
+    /// Group and name of the quantity.
     NumericalError(ScatterGroup, &'static str),
     Blow(Read<Blow>),
     /// The name of the blow's hammer.

@@ -1,6 +1,6 @@
 //! The columns of all tables: name, type, unit, description and getter follow from the declarations of the quantities.
 //!
-//! The writer, the reader and the data dictionary derive from what is put together here.
+//! Writer, reader and data dictionary use these columns.
 
 use std::collections::BTreeMap;
 
@@ -39,7 +39,7 @@ pub enum TableName {
 impl TableName {
     /// The tables of every dataset.
     pub const ALL: [Self; 3] = [Self::Runs, Self::Blows, Self::Timings];
-    /// Those, and the one of a study that asks for it.
+    /// All tables, including `signals`, which exists only if the study asks for it.
     pub const KNOWN: [Self; 4] = [Self::Runs, Self::Blows, Self::Timings, Self::Signals];
 
     /// Name of the table, of its folder, and the beginning of its parts' names.
@@ -61,9 +61,9 @@ pub struct Columns {
     pub blows: Vec<Column>,
     /// Of `timings`.
     pub timings: Vec<Column>,
-    /// Of `signals`; empty where the dataset has no such table.
+    /// Of `signals`; empty if the dataset has no such table.
     pub signals: Vec<Column>,
-    /// How those of each table are written, in the order of [`TableName::KNOWN`].
+    /// Writing order of each table's columns, in the order of [`TableName::KNOWN`].
     segments: [Vec<Segment>; 4],
 }
 
@@ -99,7 +99,7 @@ impl Columns {
         segments.into_iter().flatten().for_each(|segment| segment.put(self.of(table), source, bytes));
     }
 
-    /// Hash of what a cell of each table is: name, type and unit of every column, in order.
+    /// Hash of the columns of all tables: name, type and unit, in order.
     pub fn hash(&self) -> String {
         let mut hasher = blake3::Hasher::new();
         for column in TableName::KNOWN.into_iter().flat_map(|table| self.of(table)) {
@@ -142,12 +142,12 @@ pub fn check_unique(columns: &[ColumnDescription]) -> Result<(), DatasetError> {
     Ok(())
 }
 
-/// What columns are about.
+/// Subject of a group of columns.
 struct About<'a> {
     group: ColumnGroup,
-    /// The hammer or casting: what it is and its name.
+    /// Hammer or casting: its kind and name.
     subject: Option<(&'static str, &'a str)>,
-    /// What comes before the quantity in a column's name.
+    /// Prefix of the column's name.
     prefix: String,
 }
 
@@ -182,7 +182,7 @@ impl<'a> About<'a> {
         }
     }
 
-    /// Columns of quantities; `get` says of what.
+    /// Columns of quantities; `get` selects their source.
     fn columns<T: 'static>(
         &self,
         quantities: &[Quantity<T>],
@@ -232,7 +232,7 @@ impl<'a> About<'a> {
     }
 }
 
-/// The columns beside those of some quantities that twins give: scatter and numerical errors.
+/// Columns of scatter and numerical errors for some quantities.
 fn beside<T: 'static>(
     info: &DatasetInfo,
     about: &About<'_>,
@@ -319,7 +319,7 @@ fn core_columns(info: &DatasetInfo) -> Vec<Column> {
     columns
 }
 
-/// Spectra that are kept: name, of what, where.
+/// Stored spectra: name, subject, source.
 const SPECTRA: [(&str, &str, ReadSpectrum); 2] = [
     ("first_impact_pseudo_velocity", "within the windows of the first impacts", |of| {
         &of.first_impact_pseudo_velocity_m_s
@@ -422,7 +422,7 @@ mod tests {
         }
     }
 
-    /// The hash tells tables apart by what a cell is, not by what is said of it.
+    /// The hash depends on names, types and units, not on descriptions.
     #[test]
     fn the_hash_is_of_names_types_and_units() {
         let factor = |kind: Kind, unit: &str, description: &str| {
@@ -437,7 +437,7 @@ mod tests {
         assert_ne!(hash, Columns::new(&DatasetInfo::empty()).expect("unique").hash());
     }
 
-    /// What is declared of a row's end and not in a table would be lost.
+    /// A quantity without a column would be lost.
     #[test]
     fn every_quantity_of_an_outcome_has_a_column() {
         let columns = Columns::new(&DatasetInfo::empty()).expect("unique");

@@ -1,4 +1,4 @@
-//! Compares a manifest with itself: parts under their own names, in order, each once, with all rows that the manifest has.
+//! Checks a manifest for consistency: parts under their own names, in order, each once, with all rows of the manifest.
 
 use std::path::Path;
 
@@ -32,7 +32,7 @@ pub fn check_manifests(folder: &Path, manifest: &Manifest, timings: &TimingsMani
 /// Found and expected values.
 type Words = (String, &'static str);
 
-/// Compares the parts of a table with each other and with those of the runs.
+/// Compares the parts of a table with each other and with the parts of the runs.
 fn check_parts(manifest: &Manifest, table: TableName, parts: &[TablePart]) -> Result<(), Words> {
     for part in parts {
         let is_block = part.first_row.checked_rem(manifest.study.rows_per_part) == Some(0);
@@ -57,7 +57,7 @@ fn check_parts(manifest: &Manifest, table: TableName, parts: &[TablePart]) -> Re
     Ok(())
 }
 
-/// Compares the rows that are there with the parts of the runs.
+/// Compares the existing rows with the parts of the runs.
 fn check_rows(manifest: &Manifest) -> Result<(), Words> {
     let Manifest { done, range, runs, .. } = manifest;
     let is_ascending = done.is_sorted_by(|one, next| one.end <= next.first);

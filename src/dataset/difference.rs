@@ -1,4 +1,4 @@
-//! What makes one study another: names the differences between what a dataset is of and what is to be run.
+//! Differences between the study of a dataset and the study to run.
 
 use std::collections::BTreeMap;
 
@@ -7,7 +7,7 @@ use super::info::{DatasetInfo, RETRIES};
 /// Most differences that are listed one by one.
 const LISTED: usize = 12;
 
-/// Whether both have the same columns, or one was made by a program that did not say which.
+/// Whether both have the same columns, or an older program did not record its columns.
 pub fn has_same_columns(one: &DatasetInfo, other: &DatasetInfo) -> bool {
     [&one.columns_hash, &other.columns_hash].iter().any(|hash| hash.is_empty())
         || one.columns_hash == other.columns_hash
@@ -22,7 +22,7 @@ pub fn is_same_study(one: &DatasetInfo, other: &DatasetInfo) -> bool {
     key(one) == key(other) && has_same_columns(one, other)
 }
 
-/// Short for all that makes a study's rows what they are.
+/// Key of everything that determines a study's rows.
 pub type StudyKey = [u8; 16];
 
 /// The key of a study: titles, comments and layout do not count.
@@ -45,7 +45,7 @@ pub fn study_key(info: &DatasetInfo) -> StudyKey {
 /// Settings outside the study that are budgets of a row.
 const BUDGETS: [&str; 1] = [RETRIES];
 
-/// Whether two studies are the same but for the budgets of a row.
+/// Whether two studies are the same except for the budgets of a row.
 pub fn is_same_but_budgets(one: &DatasetInfo, other: &DatasetInfo) -> bool {
     let without_budgets = |info: &DatasetInfo| {
         let mut info = DatasetInfo { study_hash: info.budget_free_hash.clone(), ..info.clone() };
@@ -73,7 +73,7 @@ pub fn differences(before: &DatasetInfo, now: &DatasetInfo) -> Vec<String> {
         ("rows per part", before.rows_per_part, now.rows_per_part),
     ];
     for (name, was, is) in numbers {
-        // The key of the study that made the difference says more.
+        // Report the key of the study that makes the difference.
         let key = format!("design.{name}");
         if was != is && !found.iter().any(|line| line.contains(&key)) {
             found.push(format!("{name}: {was} -> {is}"));

@@ -1,4 +1,4 @@
-//! Files that are either whole or not there, and stay there.
+//! Files that are either complete or absent, and durable.
 
 use std::fs::{self, File};
 use std::io;
@@ -9,13 +9,13 @@ use super::error::DatasetError;
 use super::trace::{Event, note};
 use decore_files::Staged;
 
-/// Adds what was tried, and on what, to an error of the system.
+/// Adds action and path to a system error.
 pub fn failed_to(action: &'static str, path: &Path) -> impl FnOnce(io::Error) -> DatasetError {
     let path = path.to_owned();
     move |source| DatasetError::Io { action, path, source }
 }
 
-/// Refuses a symbolic link in the place of a file that is written to where it is: the link's target would be overwritten.
+/// Refuses a symbolic link in place of a file that is written to where it is: the link's target would be overwritten.
 ///
 /// # Errors
 /// [`io::ErrorKind::InvalidInput`].
@@ -70,7 +70,7 @@ pub fn rename(from: &Path, to: &Path) -> Result<(), DatasetError> {
     decore_files::rename(from, to).map_err(failed_to("rename into place", to))
 }
 
-/// Makes a folder and those above it, if they are not there.
+/// Makes a folder and its parents, if they do not exist.
 ///
 /// # Errors
 /// The system's.

@@ -1,4 +1,4 @@
-//! What can go wrong with a dataset, and what to do about it.
+//! Errors of datasets, each with its remedy.
 
 use std::io;
 use std::path::PathBuf;
@@ -8,13 +8,13 @@ use parquet::errors::ParquetError;
 
 use decore_quantity::words::{did_you_mean, nearest};
 
-/// Why a dataset could not be written or read.
+/// Reason why a dataset could not be written or read.
 #[derive(Debug, thiserror::Error)]
 pub enum DatasetError {
     /// The operating system refused.
     #[error("failed to {action} {}: {source} (check free space, permissions and that the path is right)", path.display())]
     Io {
-        /// What was tried.
+        /// Failed action.
         action: &'static str,
         /// On which file or folder.
         path: PathBuf,
@@ -40,8 +40,8 @@ pub enum DatasetError {
     },
     /// The folder holds a dataset of another study.
     #[error(
-        "{} holds {rows_done} of {rows} rows of another study, which nothing was added to; what changed:\n  {}\n\
-         undo the change to go on with it, choose another folder, or replace it",
+        "{} contains {rows_done} of {rows} rows of a different study. Nothing was changed. Differences:\n  {}\nundo the \
+         change to continue, choose another folder, or replace the dataset",
         path.display(), differences.join("\n  ")
     )]
     Changed {
@@ -51,7 +51,7 @@ pub enum DatasetError {
         rows_done: u64,
         /// Rows of its design.
         rows: u64,
-        /// What changed, a sentence each.
+        /// Differences, a sentence each.
         differences: Vec<String>,
     },
     /// The file system cannot lock files.
@@ -73,13 +73,13 @@ pub enum DatasetError {
     InUse {
         /// The dataset's folder, or the file.
         path: PathBuf,
-        /// Who, as far as known.
+        /// Owner of the lock, if known.
         owner: String,
     },
     /// The dataset's folder was taken away while it was written to.
     #[error(
-        "{} is not the folder any more in which this sweep began: it was removed, moved or replaced, and with it the rows that \
-         were done; run the command again to begin anew, or to go on with what is there now",
+        "{} was removed, moved or replaced during the sweep, with its finished rows; run the command again to start \
+         over, or to continue with the present folder",
         path.display()
     )]
     Gone {
@@ -88,8 +88,8 @@ pub enum DatasetError {
     },
     /// The dataset is another one than that which was opened, or is being changed.
     #[error(
-        "{} is not as it was when it was opened: it was replaced or grown since, or a sweep replaces parts of it now; open it \
-         again (if that does not help, `decore verify` lists what is damaged, when no sweep writes)",
+        "{} changed since it was opened: it was replaced or grown, or a sweep is replacing parts of it; open it again \
+         (if this does not help, stop all sweeps and list damaged files with `decore verify`)",
         path.display()
     )]
     Replaced {
@@ -99,9 +99,9 @@ pub enum DatasetError {
     /// Shards that do not make a whole.
     #[error("failed to merge: {problem}; {advice}")]
     Shards {
-        /// What is wrong, with the folders.
+        /// The fault, with the folders.
         problem: String,
-        /// What to do.
+        /// Remedy.
         advice: &'static str,
     },
     /// The folder holds something else.
@@ -115,28 +115,28 @@ pub enum DatasetError {
         path: PathBuf,
     },
     /// No dataset there.
-    #[error("{} holds no dataset (no manifest.json); give the folder that a run wrote", path.display())]
+    #[error("{} is not a dataset: it has no manifest.json; give the output folder of `decore run`", path.display())]
     Missing {
         /// The folder.
         path: PathBuf,
     },
-    /// The manifest is not what this program writes.
+    /// The manifest was not written by this program.
     #[error(
-        "{}, line {}, column {}: {source}; the file is damaged or not of this program: the sweep, started again, makes it anew \
-         from the parts or the journal",
+        "{}, line {}, column {}: {source}; the file is damaged, or another program wrote it; run the sweep again to \
+         rebuild it from the parts or the journal",
         path.display(), source.line(), source.column()
     )]
     Manifest {
         /// The manifest's path.
         path: PathBuf,
-        /// Where it is wrong, and how.
+        /// Position and kind of the syntax error.
         #[source]
         source: serde_json::Error,
     },
     /// A manifest is not the one that was written.
     #[error(
-        "{}: its contents are not those of its checksum: it was changed or damaged; the sweep, started again, makes it \
-         anew from the parts or the journal",
+        "{}: the checksum does not match, so the file was changed or damaged; run the sweep again to rebuild it from \
+         the parts or the journal",
         path.display()
     )]
     Seal {
@@ -145,8 +145,8 @@ pub enum DatasetError {
     },
     /// A manifest is damaged, and nothing else in the folder describes the dataset.
     #[error(
-        "{}; it cannot be made anew, as neither a part nor the journal in the folder names the study: put back a copy of the file, choose \
-         another folder, or replace the dataset",
+        "{}; it cannot be rebuilt, because neither a part nor the journal in the folder contains the study: restore a \
+         copy of the file, choose another folder, or replace the dataset",
         .damage.damage_of_manifest()
     )]
     Lost {
@@ -155,8 +155,8 @@ pub enum DatasetError {
     },
     /// The dataset is of another format version.
     #[error(
-        "{}: key `format_version` is {found}, expected {expected}; read it with the version that wrote it, \
-         or write the dataset anew",
+        "{}: key `format_version` is {found}, expected {expected}; read it with the version that wrote it, or run the \
+         study again",
         path.display()
     )]
     Version {
@@ -187,9 +187,9 @@ pub enum DatasetError {
     DuplicateColumn {
         /// The column's name.
         column: String,
-        /// What the first of them is.
+        /// Contents of the first dataset.
         first: String,
-        /// What the second of them is.
+        /// Contents of the second dataset.
         second: String,
     },
     /// A setting of the dataset is outside its range.
@@ -197,29 +197,27 @@ pub enum DatasetError {
     Setting {
         /// The setting.
         key: &'static str,
-        /// Its value.
+        /// Value that was found.
         found: u64,
-        /// What it may be.
+        /// Permitted values.
         expected: &'static str,
     },
     /// A record does not have the shape that the dataset was created with.
-    #[error(
-        "row {row}: {what}: found {found}, expected {expected}; create the dataset from the study that the row is of"
-    )]
+    #[error("row {row}: {what}: found {found}, expected {expected}; create the dataset from the study of the row")]
     Record {
         /// The row.
         row: u64,
-        /// What does not fit.
+        /// Kind of mismatch.
         what: String,
-        /// What the record has.
+        /// Value in the record.
         found: String,
-        /// What the dataset needs.
+        /// Value that the dataset needs.
         expected: String,
     },
     /// A row came twice, or is not of the dataset.
     #[error(
-        "row {row} cannot be taken: expected one from {expected_from} up to, not including, {expected_end} that is not \
-         there yet; write each row once"
+        "row {row} is unexpected: expected a missing row from {expected_from} up to, not including, {expected_end}; \
+         write each row once"
     )]
     UnexpectedRow {
         /// The row.
@@ -236,7 +234,7 @@ pub enum DatasetError {
     )]
     WriterLost,
     /// The Parquet library refused a part.
-    #[error("{}: {source}; if the file is damaged, write the dataset anew", path.display())]
+    #[error("{}: {source}; if the file is damaged, run the study again", path.display())]
     Parquet {
         /// The part.
         path: PathBuf,
@@ -256,12 +254,12 @@ pub enum DatasetError {
     Damaged {
         /// The part.
         path: PathBuf,
-        /// What the file has.
+        /// Value in the file.
         found: String,
-        /// What the manifest says.
+        /// Value in the manifest.
         expected: String,
     },
-    /// A file beside the parts.
+    /// A foreign file in the folder of the parts.
     #[error(
         "{}: no part of the dataset, but readers that take all files of the folder read it too: move it elsewhere",
         path.display()
@@ -270,13 +268,13 @@ pub enum DatasetError {
         /// The file.
         path: PathBuf,
     },
-    /// A part of which no manifest has the checksum.
-    #[error("{}: nothing is left that says whether it is whole: its rows are computed again", path.display())]
+    /// A part without a checksum in any manifest.
+    #[error("{}: no checksum is left to check this file: its rows are computed again", path.display())]
     Unvouched {
         /// The part.
         path: PathBuf,
     },
-    /// A place that is not to be written to, and what to do.
+    /// A forbidden path, with the remedy.
     #[error("{0}")]
     Target(String),
     /// A column that is not there.
@@ -284,17 +282,17 @@ pub enum DatasetError {
     UnknownColumn {
         /// The table.
         table: &'static str,
-        /// The column asked for.
+        /// Requested column.
         column: String,
         /// The columns that it has.
         known: Vec<String>,
     },
-    /// A column that is no number where a number is needed.
+    /// A column without numbers where numbers are needed.
     #[error("table `{table}`, column `{column}` holds text, expected numbers; choose a column with a unit")]
     NotANumber {
         /// The table.
         table: &'static str,
-        /// The column asked for.
+        /// Requested column.
         column: String,
     },
 }
@@ -305,7 +303,7 @@ fn hint(known: &[String], name: &str) -> String {
 }
 
 impl DatasetError {
-    /// Whether a manifest is gone or damaged, so that what it said must come from the parts.
+    /// Whether a manifest is lost or damaged, so that it must be rebuilt from the parts.
     pub(super) fn is_lost_manifest(&self) -> bool {
         matches!(self, Self::Missing { .. } | Self::Manifest { .. } | Self::Seal { .. })
     }
@@ -321,7 +319,7 @@ impl DatasetError {
         }
     }
 
-    /// Whether files of a dataset are damaged, missing or foreign, so that what it holds cannot be read.
+    /// Whether files of a dataset are damaged, missing or foreign, so that it cannot be read.
     pub fn is_damage(&self) -> bool {
         matches!(
             self,

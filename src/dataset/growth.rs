@@ -1,8 +1,8 @@
-//! A dataset whose study got more rows: the rows that are there stay, under the new study's name.
+//! Growth of a dataset whose study got more rows: existing rows stay, under the new study's name.
 //!
-//! The parts of the grown study are written into a folder of their own from the rows of the old parts and the journal, block
-//! by block, and put in place when they are complete. Every file names its study, so even blocks that stay the same are
-//! encoded again: a grown dataset has the bytes of one that was run in one go.
+//! The parts of the grown study are written into a separate folder, block by block, from the rows of the old parts and the journal, and
+//! moved into place when they are complete. Every file contains the name of its study, so unchanged blocks are encoded again too. A grown
+//! dataset has the same bytes as one that ran in one go.
 
 use std::fs::File;
 use std::path::Path;
@@ -19,14 +19,14 @@ use super::settled::{READY, settle, settle_locked};
 use super::store::{GROWING, columns_of};
 use super::writer::{DatasetWriter, Existing};
 
-/// What a dataset was before it grew.
+/// State of a dataset before it grew.
 #[derive(Debug)]
 pub struct Growth {
     /// Rows of the design before.
     pub rows_before: u64,
-    /// Parts that were damaged; their rows are to be computed again.
+    /// Damaged parts; their rows must be computed again.
     pub damaged: Vec<DatasetError>,
-    /// What else was lost, in words.
+    /// Further losses, in words.
     pub notes: Vec<String>,
 }
 
@@ -49,7 +49,7 @@ pub fn grow(
     settle(folder)?;
     match known(folder) {
         Ok(known) if has_grown(&known.manifest, info, rows_hash) => {}
-        // Whoever opens the dataset says what is wrong with it.
+        // Other commands report the damage when they open the dataset.
         _ => return Ok(None),
     }
     let _lock = Lock::take(folder)?;

@@ -1,4 +1,4 @@
-//! What a dataset must know of its study, and what it takes for each row: plain data, no study types.
+//! A dataset's information about its study, and the data that it takes for each row: plain data, no types of studies.
 
 use std::collections::BTreeMap;
 
@@ -19,7 +19,7 @@ pub struct FactorColumn {
     pub kind: Kind,
     /// Unit of its values; `1` for numbers without one, empty for names.
     pub unit: String,
-    /// What it is, in words: the paths of the study that it drives.
+    /// Description in words: the paths of the study that the factor drives.
     pub description: String,
 }
 
@@ -39,7 +39,7 @@ pub struct SignalColumn {
     pub name: String,
     /// SI unit.
     pub unit: String,
-    /// What it is, and over what it is averaged.
+    /// Description of the signal and of its averaging.
     pub description: String,
 }
 
@@ -57,19 +57,19 @@ impl SignalColumn {
     }
 }
 
-/// All that a dataset must know of its study. Fixed for the whole dataset, kept in its manifest.
+/// A dataset's information about its study. Fixed for the whole dataset, stored in its manifest.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
 pub struct DatasetInfo {
     /// Name of the study.
     pub study_name: String,
     /// The study file's text, as typed.
     pub study_text: String,
-    /// Hash that stands for the study's values and those of its hammer files, in hexadecimal.
+    /// Hash of the values of the study and its hammer files, in hexadecimal.
     pub study_hash: String,
-    /// The same over all but the number of rows: a study that only got more rows has the same one. Empty: not known.
+    /// The same over all except the number of rows: a study that only got more rows has the same one. Empty: not known.
     #[serde(default)]
     pub frame_hash: String,
-    /// The same as [`DatasetInfo::study_hash`] over all but the budgets of a row: rows that met none are the same under any.
+    /// The same as [`DatasetInfo::study_hash`] over all except the budgets of a row: rows that met none are the same under any.
     /// Empty: not known.
     #[serde(default)]
     pub budget_free_hash: String,
@@ -102,7 +102,7 @@ pub struct DatasetInfo {
     /// constraints); null for a design without factors.
     #[serde(default)]
     pub design_quality: serde_json::Value,
-    /// Which rows of the design belong together. `None`: not known, as the program that wrote the dataset did not say.
+    /// Groups of dependent rows of the design. `None`: unknown, because an older program wrote the dataset.
     #[serde(default)]
     pub row_groups: Option<Vec<GroupSpan>>,
     /// Twins of each row.
@@ -133,14 +133,14 @@ pub struct DatasetInfo {
 pub const RETRIES: &str = "retries";
 
 impl DatasetInfo {
-    /// How many times a row that diverges is run again.
+    /// Number of retries of a row that diverges.
     pub fn retries(&self) -> u32 {
         self.settings.get(RETRIES).and_then(|times| times.parse().ok()).unwrap_or(DEFAULT_RETRIES)
     }
 }
 
 impl DatasetInfo {
-    /// A study without anything: of its columns there are those that every study has.
+    /// An empty study: it has only the columns that every study has.
     pub fn empty() -> Self {
         Self {
             study_name: String::new(),
@@ -191,7 +191,7 @@ quantities! {
         pub row: u64 => "1",
         /// Values of the factors, in the order of [`DatasetInfo::factors`].
         pub factors: Vec<Value>,
-        /// How it ended.
+        /// Outcome of the row.
         pub outcome: RowOutcome,
     }
 }

@@ -1,8 +1,8 @@
-//! The journal: every row that ended, from the moment at which it ended until it is in a part.
+//! The journal stores every finished row until it is in a part.
 //!
-//! One file per part's block of rows, written to by the threads that run rows. A killed process loses no row that ended; a
-//! power failure loses those since the last [`Journal::sync`]. A file grows by spans of zeros, which are mapped into memory:
-//! rows are copied there, which takes no call of the system, and a full disk is met before a row comes.
+//! There is one file per part's block of rows; the threads that run rows write to it. A killed process loses no finished row. A power
+//! failure loses the rows since the last [`Journal::sync`]. A file grows by spans of zeros, which are mapped into memory. Rows are copied
+//! there without a system call, and a full disk is noticed before a row arrives.
 //!
 //! # Files
 //!
@@ -11,9 +11,9 @@
 //! .journal/000000000064.rows   MAGIC, the study's key and its checksum, then frames: length, checksum, row
 //! ```
 //!
-//! `study.json` is in place before the first row, so a folder that lost its manifest before its first part goes on from the journal
-//! alone. The key keeps rows of another study out: such a file goes to the folder of damaged parts. Files of earlier programs begin
-//! with another word and name no study; their rows are taken for those of the manifest.
+//! `study.json` is in place before the first row, so a folder that lost its manifest before its first part continues from the journal.
+//! The key keeps rows of another study out: such a file is moved to the damaged parts. Files of earlier programs begin with another word
+//! and contain no study; their rows count as rows of the manifest's study.
 
 use std::collections::BTreeMap;
 use std::collections::btree_map::Entry;
@@ -40,7 +40,7 @@ use decore_files::{Limit, read};
 pub const JOURNAL: &str = ".journal";
 /// Bytes by which a file grows.
 const SPAN: usize = 1 << 18;
-/// What is written where it grows; made once, as a span is too large to be made anew each time.
+/// Zeros that extend the file; static, because a span is too large to allocate each time.
 static ZEROS: [u8; SPAN] = [0; SPAN];
 /// Name of the file in the journal that describes the dataset.
 const STUDY_NAME: &str = "study.json";
@@ -64,7 +64,7 @@ pub struct Journal {
     /// First bytes of a file that is new.
     begin: Vec<u8>,
     state: Mutex<State>,
-    /// Held while files are synced: who finds nothing to sync must not be told so while another still waits for the disk.
+    /// Locked while files are synced: a caller that finds nothing to sync must still wait until another caller's sync is complete.
     syncing: Mutex<()>,
 }
 
@@ -73,7 +73,7 @@ struct State {
     files: BTreeMap<u64, BlockFile>,
     /// Blocks written to since the last sync.
     unsynced: BTreeMap<u64, Arc<File>>,
-    /// What went wrong first; after it nothing more is appended, since rows behind a torn one would be lost.
+    /// First failure. Nothing is appended after it, because rows behind a torn row would be lost.
     failed: Option<io::ErrorKind>,
 }
 
@@ -263,7 +263,7 @@ pub fn describe(dataset: &Path, staging: &Path, manifest: &Manifest) -> Result<(
     sync_folder(&folder)
 }
 
-/// The manifest, without rows, of the dataset that the journal describes; `None` where it describes none.
+/// The manifest, without rows, of the dataset that the journal describes; `None` if it describes none.
 pub fn described(dataset: &Path) -> Option<Manifest> {
     Manifest::read_file(&dataset.join(JOURNAL).join(STUDY_NAME), dataset).ok()
 }
@@ -282,7 +282,7 @@ pub struct Salvage {
     pub foreign: Vec<PathBuf>,
 }
 
-/// Calls `take` for every whole row of the journal of this study, then cuts what is behind the last one of each file.
+/// Calls `take` for every complete row of this study in the journal, then truncates each file after its last complete row.
 ///
 /// # Errors
 /// The system's.
@@ -298,8 +298,8 @@ pub fn recover(dataset: &Path, info: &DatasetInfo, take: &mut dyn FnMut(StoredRo
         let Frames { whole, lost } = visit_frames(&bytes, take);
         if lost > 0 {
             notes.push(format!(
-                "{}: {lost} bytes are no whole rows (cut when the process or its machine stopped, or changed since); what was in \
-                 them is computed again",
+                "{}: {lost} bytes are not complete rows (truncated when the process or its machine stopped, or changed \
+                 since); their rows are computed again",
                 path.display()
             ));
         }
@@ -311,7 +311,7 @@ pub fn recover(dataset: &Path, info: &DatasetInfo, take: &mut dyn FnMut(StoredRo
     Ok(Salvage { notes, foreign })
 }
 
-/// Whole rows in the journal that `counts` and those of them that are not done, without changing it.
+/// Counts complete rows of the journal that `counts` accepts, and rows among them that are not done. Changes nothing.
 ///
 /// # Errors
 /// The system's.
@@ -360,7 +360,7 @@ fn files(dataset: &Path) -> Result<Vec<PathBuf>, DatasetError> {
     Ok(paths)
 }
 
-/// What a file of the journal holds.
+/// Contents of a journal file.
 struct Frames {
     /// Bytes up to the end of the last whole row.
     whole: usize,
@@ -368,7 +368,7 @@ struct Frames {
     lost: usize,
 }
 
-/// The key of the study that a file of rows names; `None` where it names none, or its first bytes are damaged.
+/// The key of the study that a file of rows names; `None` if it names none, or its first bytes are damaged.
 fn key_of(bytes: &[u8]) -> Option<StudyKey> {
     let (key, rest) = bytes.strip_prefix(MAGIC)?.split_first_chunk()?;
     rest.starts_with(&checksum(key)).then_some(*key)
@@ -449,7 +449,7 @@ mod tests {
             let mut rows = Vec::new();
             recover(scratch.path(), &info(), &mut |row| rows.push(row)).expect("recovered");
             assert_eq!(rows, (0..expected).map(row).collect::<Vec<_>>(), "{length} bytes");
-            // What follows a cut is found again.
+            // Find the next frame after a cut.
             let again = Journal::new(lock.place().clone(), &info());
             again.append(&row(7)).expect("written");
             assert_eq!(count(scratch.path(), &|_| true).expect("counted").0, expected + 1);

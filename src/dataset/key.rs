@@ -1,13 +1,13 @@
-//! What stands for the values of a row's factors.
+//! Key of the values of a row's factors.
 
 use decore_quantity::{Cell, Value};
 
-/// What stands for values: equal for equal values only, but for chance of 2^-128.
+/// Key of a row's values. Unequal values have equal keys with a probability of 2^-128.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub struct ValuesKey([u64; 2]);
 
 impl ValuesKey {
-    /// That of values in this order.
+    /// Returns the key of these values in this order.
     pub fn of(values: &[Cell<'_>]) -> Self {
         let mut hasher = blake3::Hasher::new();
         for value in values {

@@ -9,45 +9,42 @@
 //! DIR/runs/runs-000000000000.parquet     wide: one row per run
 //! DIR/blows/blows-000000000000.parquet   long: one row per blow
 //! DIR/timings/timings-000000000000.parquet   wall time of each row
-//! DIR/signals/signals-000000000000.parquet   long: one row per instant of the rows whose signals are kept, where the study asks
+//! DIR/signals/signals-000000000000.parquet   long: one row per instant of the rows whose signals are kept, if the study asks
 //! DIR/.journal/                          rows that are not yet in a part, and the study that they are of
 //! DIR/.staging/, DIR/.growing/, DIR/.lock    only while a run writes
 //! DIR/.damaged/                          parts that were damaged, as they were found
 //! DIR/.replaced/                         datasets that were replaced, until the new one is whole
 //! ```
 //!
-//! A part holds a fixed block of row indices and is named by the block's first row, so its bytes depend on the study
-//! only. `runs`, `blows`, `signals` and `manifest.json` are byte-identical for any number of threads, of interruptions and of shards.
+//! A part holds a fixed block of row indices and has the name of its first row, so its bytes depend only on the study. `runs`, `blows`,
+//! `signals` and `manifest.json` are byte-identical for any number of threads, interruptions and shards.
 //!
 //! # Durability
 //!
-//! A row that ends is appended to the journal at once, with a checksum: a process that is killed loses the rows that were
-//! running, a power failure those of the last seconds before. When all rows of a block are there, its part's files and the
-//! new manifests are first written and synced in `DIR/.staging`, then renamed into place: the part's files, folders synced,
-//! then the manifests; only then the block leaves the journal. Readers can therefore open `DIR/runs/*.parquet` at any
-//! time: they see whole files only. A full disk is met while staging, when nothing is in place yet. A row that is
-//! visible in `runs` has its blows in `blows`. If the machine stops between two renames, a file may be there that no
-//! manifest lists; it is whole, and its bytes are the ones that the next run puts there.
+//! A finished row is appended to the journal at once, with a checksum. A killed process loses only running rows; a power failure also
+//! loses the rows of the last seconds. When a block is complete, the files of its part and the new manifests are written and synced in
+//! `DIR/.staging`. They are then renamed into place in this order: the part's files, folders synced, manifests. Only then the block
+//! leaves the journal. Readers can therefore open `DIR/runs/*.parquet` at any time: they see only complete files. A full disk is noticed
+//! while staging, when nothing is in place yet. A row that is visible in `runs` has its blows in `blows`. If the machine stops between
+//! two renames, a complete file may exist that no manifest lists. The next run writes the same bytes there.
 //!
-//! Nothing that was computed is removed unless it is in place elsewhere or was to be replaced, and what is computed again is
-//! said. [`Existing::Resume`] checks every part against its checksum, moves damaged ones aside, and names the rows that are to
-//! be run. Manifests end with a checksum of their own; every part of `timings` describes its block, and the journal its study, so that lost
-//! manifests are made anew from the parts, or from the journal where there is no part yet. Wall times are expendable: lost ones
-//! become nulls.
+//! Computed rows are removed only if they are stored elsewhere or were to be replaced. Repeated computations are reported.
+//! [`Existing::Resume`] checks every part against its checksum, moves damaged parts aside, and lists the rows to run. Manifests end with
+//! a checksum. Every part of `timings` describes its block, and the journal its study, so that lost manifests can be rebuilt from the
+//! parts, or from the journal before the first part. Lost wall times become nulls.
 //!
-//! A reader takes the manifest's word for nothing: [`DatasetReader`] compares the manifests with their own checksums and with
-//! themselves, and every part with its length and checksum before a row of it is used; the bytes that are parsed are those that were
-//! compared. It refuses damaged or missing parts, parts twice, and files in the tables' folders that are no parts. A part that was
-//! replaced since the manifest was read is told from a damaged one ([`DatasetError::Replaced`]). [`verify`] reads everything.
-//! [`grow`] goes on with a study that only got more rows, [`DatasetWriter::again`] runs chosen rows again. A dataset has one writer at
-//! a time. Shards are datasets of a range of rows; [`merge`] makes one of them.
+//! A reader trusts no manifest. [`DatasetReader`] compares the manifests with their checksums and with each other, and every part with
+//! its length and checksum before it uses a row. It parses exactly the bytes that it compared. It refuses damaged, missing and duplicate
+//! parts, and foreign files in the folders of the tables. [`DatasetError::Replaced`] marks a part that was replaced since the manifest
+//! was read. [`verify`] reads everything. [`grow`] continues with a study that only got more rows, [`DatasetWriter::again`] re-runs
+//! chosen rows. A dataset has one writer at a time. Shards are datasets of a range of rows; [`merge`] combines them.
 //!
 //! # Columns
 //!
-//! [`Columns`] puts the columns together from the declarations of their quantities. Units and descriptions are in every field's Arrow metadata (`unit`,
-//! `description`); the study's text, hash, seed, the program's version and a data dictionary (JSON) are key-values of
-//! every file (`decore.study_text`, `decore.study_hash`, `decore.seed`, `decore.version`, `decore.dictionary`), all but the last
-//! entries of the Arrow schema too. Texts of which there are few (status, kind, names) are dictionaries of Arrow.
+//! [`Columns`] derives the columns from the declarations of their quantities. Every field's Arrow metadata has its unit and description
+//! (`unit`, `description`). The study's text, hash, seed, the program's version and a data dictionary (JSON) are key-values of every file
+//! (`decore.study_text`, `decore.study_hash`, `decore.seed`, `decore.version`, `decore.dictionary`); all except the last are also in the
+//! Arrow schema. Columns with few different texts (status, kind, names) are Arrow dictionaries.
 
 mod batches;
 mod cells;

@@ -1,4 +1,4 @@
-//! One writer per dataset or table of rows: a lock that ends with its process, however that ends.
+//! Lock for one writer per dataset or table of rows. It ends with its process, however the process ends.
 
 use std::fs::{self, File, OpenOptions, TryLockError};
 use std::io::{self, ErrorKind, Write};
@@ -23,8 +23,7 @@ pub struct Lock {
 
 /// The folder of a dataset and its lock as they were when the lock was taken.
 ///
-/// A folder that is removed and made anew while a sweep runs is another one: what is written there would mix with the rows of
-/// another writer.
+/// A folder that is removed and created again during a sweep is another folder: new files there would mix with rows of another writer.
 #[derive(Debug, Clone)]
 pub struct DatasetDir {
     path: PathBuf,
@@ -89,8 +88,8 @@ impl Lock {
         Self::take_named(folder, folder, folder.join(LOCK_NAME))
     }
 
-    /// Takes the lock of a file of rows, which must exist: `.NAME.lock` beside it, whatever links lead there. The file itself is no
-    /// lock, as it is replaced when rows are added.
+    /// Locks a file of rows, which must exist, with `.NAME.lock` in its real folder. The file itself cannot be the lock, because adding
+    /// rows replaces it.
     ///
     /// # Errors
     /// As [`Lock::take`].
@@ -101,7 +100,7 @@ impl Lock {
         Self::take_named(file, folder, folder.join(format!(".{name}{LOCK_NAME}")))
     }
 
-    /// Takes the lock at `path` in `folder` for what is written to.
+    /// Takes the lock at `path` in `folder`, for the path to be written.
     fn take_named(written: &Path, folder: &Path, path: PathBuf) -> Result<Self, DatasetError> {
         loop {
             let file = open(&path).map_err(failed_to("open", &path))?;
@@ -114,7 +113,7 @@ impl Lock {
                     return Err(DatasetError::InUse { path: written.to_owned(), owner });
                 }
                 Err(TryLockError::Error(source)) if has_no_locks(&source) => {
-                    // Nothing stays of what was tried.
+                    // Remove all traces of the attempt.
                     let _ = fs::remove_file(&path);
                     return Err(DatasetError::NoLocks { path, source });
                 }
@@ -135,7 +134,7 @@ impl Lock {
         file.is_ok_and(|file| matches!(file.try_lock(), Err(TryLockError::WouldBlock)))
     }
 
-    /// Where the dataset is, for whoever writes there.
+    /// Folder of the dataset, for its writer.
     pub fn place(&self) -> &DatasetDir {
         &self.place
     }
@@ -169,8 +168,8 @@ fn sign(mut file: &File) -> io::Result<()> {
 
 impl Drop for Lock {
     fn drop(&mut self) {
-        // While the lock is held nobody else can have it: removing the name is safe, unless it is that of another lock in a
-        // folder made anew. A file left behind is harmless.
+        // Nobody else can have this lock while it is held, so its name can be removed, unless it belongs to another lock in a recreated
+        // folder. A remaining file is harmless.
         if self.place.check().is_ok() {
             if cfg!(windows) {
                 // A file that is open cannot be removed there; whoever opens it in between keeps it.
@@ -181,14 +180,14 @@ impl Drop for Lock {
     }
 }
 
-/// Name of this machine, as far as the system tells.
+/// Host name of this machine, if the system has one.
 pub fn host_name() -> String {
     let name = fs::read_to_string("/proc/sys/kernel/hostname").or_else(|_| fs::read_to_string("/etc/hostname"));
     let name = name.ok().or_else(|| std::env::var("COMPUTERNAME").ok()).unwrap_or_default();
     if name.trim().is_empty() { "this machine".to_owned() } else { name.trim().to_owned() }
 }
 
-/// What tells a file from all others that there are at the same time.
+/// Numbers that identify a file among all existing files.
 type Identity = (u64, u64);
 
 #[cfg(unix)]

@@ -1,4 +1,4 @@
-//! The manifests of a dataset: what it is of, which rows it has, which parts with which checksums.
+//! Manifests of a dataset: its study, rows and parts, with checksums.
 
 use std::io;
 use std::path::Path;
@@ -11,9 +11,9 @@ use super::error::DatasetError;
 use super::info::DatasetInfo;
 use decore_files::{Limit, read};
 
-/// Version of the folder's layout, of the manifests and of the columns' meanings. 3: outputs defined anew (struck and blank
+/// Version of the folder's layout, of the manifests and of the columns' meanings. 3: outputs defined again (struck and blank
 /// blows, strokes, whole-run work, scatter). 4: manifests end with their checksum. 5: categories have dictionaries. 6: contacts
-/// counted apart in time, standard errors and scatter defined anew, the ledger of the castings.
+/// counted apart in time, standard errors and scatter defined again, the ledger of the castings.
 pub const FORMAT_VERSION: u32 = 6;
 /// Name of the manifest in the dataset's folder.
 pub const MANIFEST_NAME: &str = "manifest.json";
@@ -32,7 +32,7 @@ pub struct RowSpan {
 /// Rows that were to be run with other budgets than the study's: an entry for each set of changes, whatever number of runs it took.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Rerun {
-    /// What was changed, a sentence each.
+    /// Changed settings, a sentence each.
     pub changed: Vec<String>,
     /// The rows: ascending, with gaps between the spans.
     pub rows: Vec<RowSpan>,
@@ -60,15 +60,15 @@ pub struct TablePart {
 pub struct Manifest {
     /// Version of the layout.
     pub format_version: u32,
-    /// Whether all rows of [`Manifest::range`] are there.
+    /// Whether all rows of [`Manifest::range`] exist.
     pub complete: bool,
-    /// Rows that the dataset is to hold: all of the design, or those of a shard.
+    /// Rows of the complete dataset: all rows of the design, or of a shard.
     pub range: RowSpan,
-    /// Number of rows that are there, whatever their status.
+    /// Number of existing rows, whatever their status.
     pub rows_done: u64,
-    /// Which rows are there: ascending, with gaps between the spans.
+    /// Existing rows: ascending spans with gaps between them.
     pub done: Vec<RowSpan>,
-    /// What the dataset is of.
+    /// The dataset's study.
     pub study: DatasetInfo,
     /// Rows that were to be run with other budgets than the study's, in the order in which the changes were first asked for.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
@@ -77,7 +77,7 @@ pub struct Manifest {
     pub runs: Vec<TablePart>,
     /// Parts of the table of blows, by first row.
     pub blows: Vec<TablePart>,
-    /// Parts of the table of signals, by first row; none where the study keeps no signals.
+    /// Parts of the table of signals, by first row; none if the study keeps no signals.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub signals: Vec<TablePart>,
 }
@@ -89,7 +89,7 @@ pub struct BlockFiles {
     pub runs: TablePart,
     /// Of the table of blows.
     pub blows: TablePart,
-    /// Of the table of signals, where there is one.
+    /// Of the table of signals, if there is one.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub signals: Option<TablePart>,
 }
@@ -139,7 +139,7 @@ pub fn gaps(whole: RowSpan, spans: &[RowSpan]) -> Vec<RowSpan> {
 }
 
 impl Manifest {
-    /// The manifest of a dataset without rows that is to hold those of `range`.
+    /// Manifest of an empty dataset for the rows of `range`.
     pub fn new(study: DatasetInfo, range: RowSpan) -> Self {
         let mut manifest = Self {
             format_version: FORMAT_VERSION,
@@ -157,12 +157,12 @@ impl Manifest {
         manifest
     }
 
-    /// Number of rows that are there and not done (audit failed, invalid, diverged, budget exhausted).
+    /// Number of existing rows that are not done (audit failed, invalid, diverged, budget exhausted).
     pub fn rows_failed(&self) -> u64 {
         self.runs.iter().map(|part| part.failed).sum()
     }
 
-    /// Whether a row is there.
+    /// Whether a row exists.
     pub fn has(&self, row: u64) -> bool {
         let before = self.done.partition_point(|span| span.first <= row);
         before.checked_sub(1).and_then(|index| self.done.get(index)).is_some_and(|span| row < span.end)
@@ -173,7 +173,7 @@ impl Manifest {
         RowSpan { first: first_row, end: first_row.saturating_add(self.study.rows_per_part) }
     }
 
-    /// The rows of the block that begins at `first_row` which are there.
+    /// Existing rows of the block that begins at `first_row`.
     pub fn rows_of(&self, first_row: u64) -> Vec<RowSpan> {
         let block = self.block(first_row);
         self.done.iter().map(|span| span.intersection(block)).filter(|span| !span.is_empty()).collect()
@@ -186,8 +186,7 @@ impl Manifest {
         (files.signals.is_some() || self.study.signals.is_empty()).then_some(files)
     }
 
-    /// Notes rows that are to be run with other budgets. Noting them again changes nothing: a run that is repeated after its end,
-    /// however that came, leaves the manifest as it is.
+    /// Records rows to run with other budgets. Recording them again changes nothing: a repeated run leaves the manifest unchanged.
     pub fn note_rerun(&mut self, rerun: Rerun) {
         match self.reruns.iter_mut().find(|known| known.changed == rerun.changed) {
             Some(known) => known.rows = union(known.rows.drain(..).chain(rerun.rows)),
@@ -206,7 +205,7 @@ impl Manifest {
         self.count();
     }
 
-    /// Notes the ascending `rows` of a block and its parts, in place of what was known of the block.
+    /// Records the ascending `rows` of a block and its parts, and replaces the block's earlier entry.
     pub fn put_block(&mut self, rows: impl Iterator<Item = u64>, files: BlockFiles) {
         let BlockFiles { runs, blows, signals } = files;
         self.remove_block(runs.first_row);
@@ -243,7 +242,7 @@ impl Manifest {
         }
         let text = read_text(path, folder)?;
         let version: VersionOnly = parse(&text, path)?;
-        // Older versions have no seal; a broken one says that not even the version is sure.
+        // Older versions have no seal. With a broken seal not even the version is certain.
         if version.format_version != FORMAT_VERSION && (is_sealed(&text) || !text.contains(SEAL)) {
             let path = path.to_owned();
             return Err(DatasetError::Version { path, found: version.format_version, expected: FORMAT_VERSION });
@@ -301,7 +300,7 @@ pub fn part_first_row(table: TableName, name: &str) -> Option<u64> {
     (part_file(table, first_row).rsplit('/').next() == Some(name)).then_some(first_row)
 }
 
-/// What stands between a manifest's contents and their BLAKE3.
+/// Text between a manifest's contents and their BLAKE3 checksum.
 const SEAL: &str = ",\n  \"checksum\": \"";
 
 /// A manifest's bytes: JSON whose last key is the BLAKE3 of all bytes before that key.
@@ -316,7 +315,7 @@ pub fn to_sealed_json<T: Serialize>(manifest: &T, path: &Path) -> Result<Vec<u8>
     Ok(bytes)
 }
 
-/// Whether a text is what [`to_sealed_json`] wrote.
+/// Whether [`to_sealed_json`] wrote a text.
 fn is_sealed(text: &str) -> bool {
     let contents = text.rsplit_once(SEAL);
     contents.is_some_and(|(body, end)| end == format!("{}\"\n}}\n", blake3::hash(body.as_bytes()).to_hex()))
@@ -327,7 +326,7 @@ fn parse_sealed<T: for<'de> Deserialize<'de>>(text: &str, path: &Path) -> Result
     if is_sealed(text) { Ok(parsed) } else { Err(DatasetError::Seal { path: path.to_owned() }) }
 }
 
-/// A value from what [`to_sealed_json`] wrote, or from a text without a checksum, as earlier programs wrote it.
+/// Reads a value from a text of [`to_sealed_json`], or from a text without a checksum of an earlier program.
 ///
 /// # Errors
 /// [`DatasetError::Manifest`] or [`DatasetError::Seal`].

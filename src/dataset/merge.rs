@@ -1,4 +1,4 @@
-//! One dataset from shards: byte for byte the one of an unsharded run.
+//! Merges shards into one dataset, byte for byte the dataset of an unsharded run.
 
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -15,18 +15,18 @@ use super::store::columns_of;
 use super::target::place;
 use super::writer::{DatasetWriter, Existing};
 
-/// What a merge gave.
+/// Result of a merge.
 #[derive(Debug)]
 pub struct Merged {
     /// The manifest of the whole.
     pub manifest: Manifest,
-    /// What was lost or kept aside, in words.
+    /// Lost rows and files kept aside, in words.
     pub notes: Vec<String>,
 }
 
 /// Verifies shards (one study, undamaged, complete, no gap, no overlap) and writes the dataset of all their rows.
 ///
-/// A merge that was interrupted goes on when it is repeated with [`Existing::Resume`]. The shards stay as they are.
+/// A merge that was interrupted continues when it is repeated with [`Existing::Resume`]. The shards stay as they are.
 ///
 /// Timings that are lost or damaged become nulls.
 ///
@@ -109,7 +109,7 @@ fn verify(readers: &[DatasetReader]) -> Result<(), DatasetError> {
         let differences = differences(&first.manifest().study, &manifest.study);
         if !differences.is_empty() {
             let problem = format!(
-                "{} and {name} are not of one study; what differs:\n  {}\n",
+                "{} and {name} are shards of different studies. Differences:\n  {}\n",
                 first.folder().display(),
                 differences.join("\n  ")
             );
@@ -132,7 +132,7 @@ fn verify(readers: &[DatasetReader]) -> Result<(), DatasetError> {
     contiguous(next, RowSpan { first: rows, end: rows }, first)
 }
 
-/// Holds a shard to begin where the one before ended.
+/// Checks that a shard begins where the previous one ended.
 fn contiguous(next: u64, range: RowSpan, reader: &DatasetReader) -> Result<(), DatasetError> {
     let problem = match range.first.cmp(&next) {
         std::cmp::Ordering::Equal => return Ok(()),

@@ -1,5 +1,5 @@
-//! What of a dataset's folder is the dataset's own: its files, its tables, what its writer hides there. Other files may lie beside
-//! them, such as a report.
+//! The dataset's own files in its folder: manifests, tables and hidden files of the writer. The folder may hold other files too, such as a
+//! report.
 
 use std::ffi::OsStr;
 use std::fs;
@@ -17,7 +17,7 @@ const FILES: [&str; 4] = [MANIFEST_NAME, TIMINGS_NAME, STATUS_NAME, LOCK_NAME];
 /// Hidden folders in it.
 const HIDDEN: [&str; 5] = [STAGING, JOURNAL, GROWING, DAMAGED, REPLACED];
 
-/// The folder of the dataset in whose own places `path` lies or would lie; `None`: it is no dataset's. Links of `path` are
+/// The folder of the dataset in whose own places `path` lies or would lie; `None`: it is not a dataset's. Links of `path` are
 /// followed already. `coming`: folders that are to become datasets, whatever they hold now.
 pub fn owner<'a>(path: &'a Path, coming: &[PathBuf]) -> Option<&'a Path> {
     path.ancestors().skip(1).find(|folder| {
@@ -39,7 +39,7 @@ fn is_own(name: &OsStr) -> bool {
     named || status::is_staged(Path::new(name))
 }
 
-/// A dataset that lost its manifest is made anew from its parts or its journal: it is still one.
+/// A dataset that lost its manifest is rebuilt from its parts or its journal: it is still one.
 fn holds_dataset(folder: &Path) -> bool {
     [MANIFEST_NAME, TIMINGS_NAME].iter().any(|name| folder.join(name).is_file()) || journal::is_described(folder)
 }

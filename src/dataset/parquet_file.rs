@@ -1,4 +1,4 @@
-//! Parquet bytes of a part, and back.
+//! Encodes parts as Parquet, and decodes them.
 
 use std::collections::HashMap;
 use std::path::PathBuf;
@@ -67,12 +67,12 @@ pub fn schema(info: &DatasetInfo, columns: &[ColumnDescription]) -> Arc<Schema> 
     Arc::new(Schema::new_with_metadata(fields, study_metadata(info)))
 }
 
-/// What the schema of every table says of its study.
+/// Returns the study's entries in the schema of each table.
 pub fn study_metadata(info: &DatasetInfo) -> HashMap<String, String> {
     HashMap::from(study_entries(info).map(|(key, value)| (key.to_owned(), value)))
 }
 
-/// What every file says of its study.
+/// Returns the study's entries in the metadata of each file.
 fn study_entries(info: &DatasetInfo) -> [(&'static str, String); 5] {
     [
         ("decore.study_name", info.study_name.clone()),
@@ -89,8 +89,7 @@ fn entries(info: &DatasetInfo, dictionary: String) -> Vec<KeyValue> {
     all.map(|(key, value)| KeyValue::new(key.to_owned(), value)).collect()
 }
 
-/// What all files of a table have in common, made once: the schema and the settings of the writer. Nothing of the machine or the clock
-/// enters a file.
+/// Format shared by all files of a table: the schema and the settings of the writer. No file contains anything of the machine or the clock.
 pub struct FileFormat {
     schema: Arc<Schema>,
     parquet_schema: SchemaDescriptor,
@@ -98,7 +97,7 @@ pub struct FileFormat {
 }
 
 impl FileFormat {
-    /// The format of a study's tables with a schema; `dictionary`: what files say of their columns.
+    /// Format of a study's tables with a schema; `dictionary`: descriptions of the columns.
     ///
     /// # Errors
     /// The Parquet library's.
@@ -246,7 +245,7 @@ impl Opened {
         }
     }
 
-    /// Its rows in batches of at most `rows`.
+    /// Returns the rows in batches of at most `rows`.
     ///
     /// # Errors
     /// The Parquet library's.
@@ -300,7 +299,7 @@ fn visit_batch<'c>(
     Ok(())
 }
 
-/// A column of a batch: what its array is, is asked once and not for each cell.
+/// A column of a batch. The type of its array is checked once, not for each cell.
 struct ColumnView<'a> {
     nulls: Option<&'a NullBuffer>,
     values: ViewValues<'a>,

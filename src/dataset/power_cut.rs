@@ -1,8 +1,8 @@
-//! Power cuts: a record of all that is asked of the disk, replayed with what was not yet synced dropped, torn or reordered.
+//! Power cuts: replays a record of all disk operations, with unsynced ones dropped, torn or reordered.
 //!
-//! A kill leaves all that a process wrote; a power cut leaves what was synced and any part of the rest. The model is stricter
-//! than file systems are: every page of a file and every entry of a folder that is not synced may be there or not,
-//! independently of all others; only a rename is there whole or not at all.
+//! A kill keeps everything that a process wrote. A power cut keeps everything that was synced, and any part of the rest. The model is
+//! stricter than file systems: every unsynced page of a file and entry of a folder may exist or not, independently. Only a rename is
+//! atomic.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::fs;
@@ -35,7 +35,7 @@ enum Entry {
 /// Entries of all folders: files by number, folders without.
 type Names = BTreeMap<PathBuf, Option<usize>>;
 
-/// What a disk has, and what it was asked for.
+/// Contents of a disk, and its pending writes.
 #[derive(Default)]
 struct Disk {
     /// Contents that are safe, and those last asked for.
@@ -100,7 +100,7 @@ impl Disk {
         }
     }
 
-    /// What a power cut leaves, as files below `root`.
+    /// Writes the files that a power cut leaves below `root`.
     fn cut(&self, root: &Path, random: &mut impl FnMut(usize) -> usize) {
         let mut names = self.safe.clone();
         for (_, entry) in &self.pending {
@@ -109,7 +109,7 @@ impl Disk {
             }
         }
         fs::create_dir_all(root).expect("root");
-        // Folders come before what is in them; what is in a folder that is not there is not there.
+        // Folders come before their files: a file in a missing folder is missing too.
         for (name, file) in &names {
             let path = root.join(name);
             if !path.parent().is_some_and(Path::is_dir) {
@@ -123,7 +123,7 @@ impl Disk {
     }
 }
 
-/// Page by page what is safe or what was asked for, or the beginning of this before the rest of that.
+/// Mixes the synced and the written bytes page by page, or cuts the written bytes and appends the rest of the synced ones.
 fn mixed([safe, asked]: &[Vec<u8>; 2], random: &mut impl FnMut(usize) -> usize) -> Vec<u8> {
     if safe == asked {
         return safe.clone();

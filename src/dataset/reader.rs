@@ -149,7 +149,7 @@ impl DatasetReader {
         parts.iter().try_for_each(|part| opening.open(part)?.visit(&columns, visit))
     }
 
-    /// The parts of a table that is to be read.
+    /// Returns the parts of a table for reading.
     ///
     /// # Errors
     /// [`DatasetError::Stray`] for a file in the tables' folders that is no part: whoever reads the whole folder takes its rows for
@@ -174,7 +174,7 @@ impl DatasetReader {
         Opening { folder: self.folder.clone(), study_hash: self.manifest.study.study_hash.clone() }
     }
 
-    /// Faults that are seen without reading the parts: files that are no parts, parts that are gone or of another length.
+    /// Faults that are seen without reading the parts: files that are not parts, parts that are gone or of another length.
     pub fn damage_at_a_glance(&self) -> Vec<DatasetError> {
         let parts = TableName::KNOWN.into_iter().flat_map(|table| self.parts(table));
         let odd = parts.filter_map(|part| {
@@ -193,7 +193,7 @@ impl DatasetReader {
         self.strays().into_iter().chain(odd).collect()
     }
 
-    /// Files in the tables' folders that are no parts of the dataset, but that readers of the whole folder read too.
+    /// Files in the tables' folders that are not parts of the dataset, but that readers of the whole folder read too.
     pub fn strays(&self) -> Vec<DatasetError> {
         strays(&self.folder, &self.manifest).unwrap_or_else(|error| vec![error])
     }

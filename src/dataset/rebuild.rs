@@ -1,9 +1,8 @@
-//! The manifests of a folder, made anew from the parts where they are gone or damaged.
+//! Rebuilds lost or damaged manifests from the parts.
 //!
-//! Every part of the table of timings describes its block in its metadata: the study, and the block's parts of `runs` and
-//! `blows` with their checksums. It does so there because the bytes of the other two tables depend on the study alone. A
-//! manifest that is lost is the sum of these descriptions; a part that no description vouches for does not count. Before the first
-//! part there is the journal, which describes the dataset as it began.
+//! The metadata of every part of the table of timings describes its block: the study, and the block's parts of `runs` and `blows` with
+//! their checksums. They are stored there because the bytes of the other two tables depend only on the study. A lost manifest is the sum
+//! of these descriptions. Parts without a description do not count. Before the first part, the journal describes the dataset.
 
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -22,7 +21,7 @@ use super::manifest::{
 };
 use super::parquet_file::Opened;
 
-/// What a part of the table of timings says of its block.
+/// Description of its block in a part of the table of timings.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
 pub struct BlockDescription {
     format_version: u32,
@@ -37,11 +36,11 @@ pub struct BlockDescription {
 
 /// The manifests of a folder.
 pub struct Known {
-    /// `manifest.json`, or what it must have been.
+    /// `manifest.json`, read or rebuilt.
     pub manifest: Manifest,
-    /// `timings.json`, or what is left of it.
+    /// `timings.json`, or its remaining entries.
     pub timings: TimingsManifest,
-    /// What was lost, in words.
+    /// Losses, in words.
     pub notes: Vec<String>,
     /// Parts of `runs` and `blows` in the folder that nothing vouches for, where the manifest was lost.
     pub unvouched: Vec<(u64, PathBuf)>,
@@ -75,7 +74,7 @@ impl BlockDescription {
     }
 }
 
-/// Reads the manifests of the dataset in `folder`, or makes them anew.
+/// Reads the manifests of the dataset in `folder`, or rebuilds them.
 ///
 /// # Errors
 /// [`DatasetError::Missing`] or [`DatasetError::Lost`] if there is no `manifest.json` or a damaged one, and neither parts nor journal
@@ -94,9 +93,9 @@ pub fn known(folder: &Path) -> Result<Known, DatasetError> {
             let in_journal = journal::count(folder, &|row| !manifest.has(row))?.0;
             notes.push(match in_parts {
                 0 => format!(
-                    "manifest.json is lost or damaged: made anew from the journal, which holds {in_journal} rows"
+                    "manifest.json was lost or damaged, and was rebuilt from the journal with {in_journal} rows"
                 ),
-                _ => format!("manifest.json is lost or damaged: made anew from the parts, which hold {in_parts} rows"),
+                _ => format!("manifest.json was lost or damaged, and was rebuilt from the parts with {in_parts} rows"),
             });
             unvouched = unlisted(folder, &manifest)?;
             manifest
@@ -105,7 +104,7 @@ pub fn known(folder: &Path) -> Result<Known, DatasetError> {
     };
     let timings = match TimingsManifest::read(folder) {
         Err(error) if error.is_lost_manifest() => {
-            notes.push("timings.json is lost or damaged: made anew from the parts".to_owned());
+            notes.push("timings.json was lost or damaged, and was rebuilt from the parts".to_owned());
             timings_of_parts(folder, &manifest)?
         }
         found => found?,
@@ -113,8 +112,8 @@ pub fn known(folder: &Path) -> Result<Known, DatasetError> {
     Ok(Known { manifest, timings, notes, unvouched })
 }
 
-/// The manifest that the parts of timings describe, on top of what the journal says of the beginning; `None` if nothing describes
-/// it, or not all of one dataset.
+/// Rebuilds the manifest from the parts of timings and from the beginning in the journal. `None` if nothing describes it, or if the
+/// descriptions belong to several datasets.
 fn manifest_of_parts(folder: &Path, begun: Option<Manifest>) -> Result<Option<Manifest>, DatasetError> {
     let mut manifest = begun;
     for (first_row, path) in part_files(folder, TableName::Timings)? {
@@ -180,7 +179,7 @@ fn part_files(folder: &Path, table: TableName) -> Result<Vec<(u64, PathBuf)>, Da
     Ok(found)
 }
 
-/// Files in the tables' folders that are no parts of the dataset: whoever reads all files of a folder reads them too.
+/// Files in the tables' folders that are not parts of the dataset: whoever reads all files of a folder reads them too.
 ///
 /// A part that no manifest lists is none of them: a sweep that was killed leaves it, and the next run puts it in place.
 ///

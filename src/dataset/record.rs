@@ -1,7 +1,7 @@
-//! A row as bytes: what the journal holds, and what the parts are encoded from.
+//! A row as bytes, for the journal and as the source of parts.
 //!
-//! Every row goes through these bytes, whether it was just computed, comes from the journal of a killed run, or from a part
-//! that must be written anew: that is why all of them give the same files.
+//! Every row takes this form: new rows, rows from the journal of a killed run, and rows from a part that must be rewritten. That is why
+//! all of them give the same files.
 
 use super::column::{Column, Source};
 use super::columns::{Columns, TableName};
@@ -10,14 +10,14 @@ use super::info::{DatasetInfo, RowRecord};
 use decore_model::run::{RowOutcome, RowStatus};
 use decore_quantity::{Cell, CellColumn, FREE_TAG, Value, put_cell, take_cells};
 
-/// What stands before the cells of an instant of `signals`.
+/// Tag before the cells of an instant of `signals`.
 const INSTANT: u8 = FREE_TAG;
-/// What a number takes: its tag and eight bytes.
+/// Size of a number: its tag and eight bytes.
 const CELL_BYTES: usize = 9;
-/// What the texts of most rows take.
+/// Usual size of a row's texts.
 const TEXT_BYTES: usize = 256;
 
-/// A row of all tables as bytes: its index, its cells of `runs`, of `timings`, those of its blows, and of the instants of its signals.
+/// A row of all tables as bytes: its index, and its cells of `runs`, `timings`, `blows` and `signals`.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct StoredRow {
     row: u64,
@@ -162,7 +162,7 @@ impl RowWriter {
     }
 }
 
-/// Whether the cells of a row of `runs` with these columns say that the row is not done.
+/// Whether the cells of a row of `runs` show that the row is not done.
 pub fn cells_say_failed(names: &[&str], cells: &[Cell<'_>]) -> bool {
     let status = names.iter().zip(cells).find(|(name, _)| **name == RowOutcome::status.name);
     status.is_none_or(|(_, cell)| *cell != Some(Value::Text(RowStatus::Done.name())))
@@ -268,7 +268,7 @@ mod tests {
         assert_eq!(found, expected);
     }
 
-    /// What structs write at once is what the columns' getters give, in the columns' order.
+    /// Structs write the same cells as the columns' getters, in the columns' order.
     #[test]
     fn a_row_is_the_cells_of_its_columns() {
         let names = |names: &[&str]| names.iter().map(|name| (*name).to_owned()).collect::<Vec<_>>();

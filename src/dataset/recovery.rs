@@ -1,4 +1,4 @@
-//! What a dataset already has when a sweep goes on: whole parts, parts of blocks that are not full, the journal.
+//! Contents of a dataset when a sweep continues: complete parts, parts of incomplete blocks, the journal.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::Path;
@@ -13,7 +13,7 @@ use super::record::{RowWriter, StoredRow, cells_say_failed};
 use super::store::{Block, DAMAGED, remove, set_aside};
 use decore_quantity::Value;
 
-/// What is there.
+/// Existing rows and parts.
 pub struct Recovered {
     /// Manifests of the parts that are whole and undamaged.
     pub manifest: Manifest,
@@ -21,23 +21,23 @@ pub struct Recovered {
     pub timings: TimingsManifest,
     /// Rows of blocks that are not full, by the block's number.
     pub pending: BTreeMap<u64, Block>,
-    /// Those of them that only a part has: they belong into the journal before the part is written anew.
+    /// Rows that exist only in a part. They must go into the journal before the part is rewritten.
     pub only_in_parts: BTreeSet<u64>,
     /// Rows to be run, where not all that are missing are; ascending.
     pub chosen: Option<Vec<RowSpan>>,
-    /// What was damaged; its rows are to be computed again.
+    /// Damaged files; their rows must be computed again.
     pub damaged: Vec<DatasetError>,
-    /// What else was lost, in words.
+    /// Further losses, in words.
     pub notes: Vec<String>,
 }
 
-/// Blocks of rows that are damaged, by their first row, with what is wrong with them.
+/// Damaged blocks of rows, by their first row, with their faults.
 type Bad = BTreeMap<u64, Vec<DatasetError>>;
 
 /// Checks every part against its checksum, takes the damaged ones out of the manifests, and collects the rows of the blocks
 /// that are not full.
 ///
-/// Nothing that was computed is removed: what is damaged goes to [`DAMAGED`], unless the journal has all its rows.
+/// Computed rows are not removed: damaged files go to [`DAMAGED`], unless the journal has all their rows.
 ///
 /// # Errors
 /// The system's.
@@ -104,7 +104,7 @@ impl Recovered {
         }
     }
 
-    /// Full blocks without timings: theirs become nulls, unless they are written anew.
+    /// Full blocks without timings: theirs become nulls, unless they are written again.
     pub fn untimed(&self) -> Vec<u64> {
         let per_part = self.manifest.study.rows_per_part;
         let full = self.manifest.runs.iter().map(|part| part.first_row).filter(|row| is_full(&self.manifest, *row));
@@ -112,8 +112,8 @@ impl Recovered {
         full.filter(|first_row| find(&self.timings.timings, *first_row).is_none()).collect()
     }
 
-    /// Takes rows of the journal into a full block: those of rows that were run again. A process that ended between a part and
-    /// the end of its journal leaves rows there that the part has.
+    /// Merges re-run rows of the journal into a full block. If a process ended between writing a part and truncating its journal, the
+    /// journal still has rows of the part.
     fn renew(&mut self, block: u64, old: Block, rows: Block) {
         let mut whole = old.clone();
         let journaled: Vec<u64> = rows.keys().copied().collect();
@@ -145,7 +145,7 @@ impl Recovered {
         }
     }
 
-    /// Notes what in the journal was no row, and moves files with rows of another study out of it.
+    /// Records damaged frames of the journal, and moves files with rows of another study out of it.
     fn take_note(&mut self, folder: &Path, salvage: Salvage) -> Result<(), DatasetError> {
         self.notes.extend(salvage.notes);
         for path in salvage.foreign {
@@ -193,8 +193,7 @@ impl Recovered {
     }
 }
 
-/// Puts a row into its block in place of the one that is there, unless that one is done and the new one is not: what was
-/// computed is not given up for a budget.
+/// Replaces a row in its block, except a done row by one that is not done: a budget does not discard a computed row.
 pub fn supersede(block: &mut Block, row: StoredRow) {
     if row.failed() && block.get(&row.row()).is_some_and(|known| !known.failed()) {
         return;
@@ -217,7 +216,7 @@ pub struct BlockParts<'a> {
     pub blows: &'a TablePart,
     /// Of the table of timings; lost ones give nulls.
     pub timings: Option<&'a TablePart>,
-    /// Of the table of signals, where there is one.
+    /// Of the table of signals, if there is one.
     pub signals: Option<&'a TablePart>,
 }
 
@@ -271,7 +270,7 @@ pub fn read_parts(
     for (table, part) in tables.into_iter().chain(signals) {
         let descriptions = columns.describe(table);
         let Some(part) = part else {
-            // In the order of the columns: the row's index, then what is lost.
+            // In the order of the columns: the row's index, then the lost ones.
             for (row, writer) in &mut rows {
                 writer.cell(Some(Value::Count(*row)));
                 descriptions.iter().skip(1).for_each(|_| writer.cell(None));

@@ -1,9 +1,9 @@
-//! Rows that are run again, with other budgets than before: which ones, and what becomes of the old ones.
+//! Re-runs of rows with other budgets: their selection, and the treatment of the old rows.
 //!
-//! Budgets (steps, wall time, retries) say when a row is given up. A row that met none of them is the same under any, so its
-//! place in a dataset does not depend on them. A row that is run again goes to the journal as every row does, in front of a
-//! copy of the other rows of its block; the block's part stays as it is until all chosen rows of the block have ended. What the
-//! journal has of a full block is newer than the block's part, whenever the process ended.
+//! Budgets (steps, wall time, retries) decide when a row stops early. A row that reached no budget gives the same result under any, so
+//! its place in a dataset does not depend on them. A re-run row goes to the journal as every row does, before a copy of the other rows of
+//! its block. The block's part stays until all chosen rows of the block have ended. In a full block, the journal is always newer than the
+//! part.
 
 use std::path::Path;
 
@@ -16,14 +16,14 @@ use super::store::Block;
 /// Rows to be run again.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub enum RerunSelection {
-    /// Those that are there with another status than done.
+    /// All rows with another status than done.
     Failed,
     /// These, whether they are there or not: ascending, without overlap.
     Rows(Vec<RowSpan>),
 }
 
 impl Recovered {
-    /// The rows that are to be run again, ascending, with gaps between the spans; all rows of their blocks become pending.
+    /// Chooses rows to re-run, ascending, with gaps between the spans. All rows of their blocks become pending.
     ///
     /// Memory is taken for all rows of the blocks that have a chosen one.
     ///

@@ -1,4 +1,4 @@
-//! Whether a dataset has all the rows that it is to hold, and a growth that was interrupted brought to its end.
+//! Checks whether a dataset has all its rows, and completes an interrupted growth.
 
 use std::path::Path;
 

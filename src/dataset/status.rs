@@ -1,4 +1,4 @@
-//! How far a sweep is, or how it ended: a small JSON file that other programs can read.
+//! Progress and end of a sweep: a small JSON file that other programs can read.
 
 use std::fs;
 use std::io;
@@ -19,17 +19,17 @@ use decore_files::{Limit, Staged, is_passing_name, read};
 /// Name of the status in the dataset's folder.
 pub const STATUS_NAME: &str = "status.json";
 
-/// What a sweep is doing, or how it ended.
+/// State of a sweep.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum SweepState {
     /// Rows are run.
     Running,
-    /// All rows are there.
+    /// All rows exist.
     Complete,
-    /// Stopped by a signal; the same command goes on.
+    /// Stopped by a signal; the same command continues.
     Interrupted,
-    /// Stopped at once by a second signal: rows that ended are there, those that ran are not; the same command goes on.
+    /// Stopped at once by a second signal: rows that ended are there, those that ran are not; the same command continues.
     StoppedAtOnce,
     /// Stopped because more rows failed than were allowed.
     TooManyFailed,
@@ -44,22 +44,22 @@ pub enum SweepState {
 pub struct RowError {
     /// Index of the row.
     pub row: u64,
-    /// How it ended: audit_failed, invalid, diverged or budget_exhausted.
+    /// Status of the row: audit_failed, invalid, diverged or budget_exhausted.
     pub status: String,
-    /// Why.
+    /// Reason.
     pub reason: String,
 }
 
 /// `status.json` and the completion file.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct SweepStatus {
-    /// What the sweep does.
+    /// State of the sweep.
     pub state: SweepState,
-    /// In words, e.g. what went wrong; may be empty.
+    /// Reason in words; may be empty.
     pub message: String,
     /// The process.
     pub process: u32,
-    /// Its machine.
+    /// Host on which it runs.
     pub host: String,
     /// When it started, in s since 1970.
     pub started_unix_s: u64,
@@ -83,7 +83,7 @@ pub struct SweepStatus {
     pub rows_per_s: f64,
     /// Time left in s at this rate; `null` before the first row.
     pub seconds_left: Option<f64>,
-    /// Largest resident memory of the process in bytes, where the system tells.
+    /// Largest resident memory of the process in bytes, if the system reports it.
     pub peak_memory_bytes: Option<u64>,
     /// The last rows that are not done, latest last.
     pub last_errors: Vec<RowError>,
@@ -95,7 +95,7 @@ impl SweepStatus {
         SystemTime::now().duration_since(UNIX_EPOCH).map_or(0, |time| time.as_secs())
     }
 
-    /// Puts the status beside a dataset that is being written. Not synced: it is a view, the dataset does not depend on it.
+    /// Writes the status next to a dataset that is being written. It is not synced, because the dataset does not depend on it.
     ///
     /// # Errors
     /// The system's.
@@ -104,7 +104,7 @@ impl SweepStatus {
         put(&target, &to_sealed_json(self, &target)?)
     }
 
-    /// Writes the status as a file, which appears whole in the place of one that is there.
+    /// Writes the status as a file, which replaces an existing one as a whole.
     ///
     /// # Errors
     /// The system's.
@@ -132,7 +132,7 @@ impl SweepStatus {
         to_json(self, path)
     }
 
-    /// The status of the dataset in `dataset`: what its last writer said, corrected by what is there.
+    /// Status of the dataset in `dataset`: as its last writer left it, corrected from the files.
     ///
     /// # Errors
     /// [`DatasetError::Missing`], those of the manifest, [`DatasetError::Seal`] for a status that is damaged, or the system's.
@@ -187,7 +187,7 @@ impl SweepStatus {
     }
 }
 
-/// Writes a file, which appears whole in the place of one that is there.
+/// Writes a file, which replaces an existing one as a whole.
 fn put(target: &Path, bytes: &[u8]) -> Result<(), DatasetError> {
     let folder = target.parent().filter(|folder| !folder.as_os_str().is_empty()).unwrap_or(Path::new("."));
     Staged::write(folder, target, bytes).and_then(Staged::put_in_place).map_err(failed_to("write", target))
@@ -198,7 +198,7 @@ pub fn is_staged(name: &Path) -> bool {
     is_passing_name(name, Path::new(STATUS_NAME))
 }
 
-/// Removes what a process left that was killed while it wrote a status; only with the dataset's lock.
+/// Removes temporary files of a process that was killed while it wrote a status. Needs the dataset's lock.
 ///
 /// # Errors
 /// The system's.

@@ -1,4 +1,4 @@
-//! Puts blocks of rows in place as parts: what is in place is whole.
+//! Stores blocks of rows as parts. Only complete files are moved into place.
 
 use std::collections::BTreeMap;
 use std::fs;
@@ -25,7 +25,7 @@ pub const STAGING: &str = ".staging";
 
 /// Folder of the grown dataset while it is written, below the dataset's.
 pub const GROWING: &str = ".growing";
-/// Folder for parts that are not those of the manifest any more.
+/// Folder for parts that no longer match the manifest.
 pub const DAMAGED: &str = ".damaged";
 /// Folder of the datasets that were replaced, until the one that replaces them is whole.
 pub const REPLACED: &str = ".replaced";
@@ -39,7 +39,7 @@ struct TableFormat {
     file: FileFormat,
 }
 
-/// Those of all tables.
+/// Formats of all tables.
 struct Formats {
     runs: TableFormat,
     blows: TableFormat,
@@ -76,7 +76,7 @@ pub struct Store {
 #[derive(Clone, Copy)]
 struct PartRows {
     first_row: u64,
-    /// How many of them are not done.
+    /// Number of rows that are not done.
     failed: u64,
 }
 
@@ -109,7 +109,7 @@ impl Store {
         Ok(store)
     }
 
-    /// The manifest of what is in place.
+    /// Manifest of the stored parts.
     pub fn manifest(&self) -> &Manifest {
         &self.manifest
     }
@@ -147,7 +147,7 @@ impl Store {
             signals: signals.as_ref().map(|signals| signals.part.clone()),
         };
         manifest.put_block(block.keys().copied(), files.clone());
-        // It describes the others, so that the manifest can be made anew from it.
+        // It describes the others, so that the manifest can be rebuilt from it.
         let description = BlockDescription::new(&manifest, files).to_text()?;
         let times = self.stage_part(&formats.timings, times, at, Some(description))?;
         timings.put(times.part.clone());

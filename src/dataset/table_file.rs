@@ -1,4 +1,4 @@
-//! A table of its own in a Parquet file: time signals of one run, figures of a comparison, a design.
+//! A single table in a Parquet file: time signals of a run, figures of a comparison, a design.
 
 use std::path::Path;
 use std::sync::Arc;
@@ -28,7 +28,7 @@ pub struct TableColumn {
     pub name: String,
     /// Unit; `1` for numbers without one, empty for text.
     pub unit: String,
-    /// What it is.
+    /// Description of the column.
     pub description: String,
     /// The values, row by row.
     pub values: CellColumn,
@@ -90,8 +90,8 @@ pub fn write_table(path: &Path, info: &DatasetInfo, table: &str, columns: &[Tabl
     StagedFile::write(folder, path, &bytes)?.put_in_place()
 }
 
-/// The Parquet file of columns whose fields say more than unit and description; `dictionary`: what the file is to say of them. The
-/// study is in its metadata as in every file's.
+/// Parquet file of columns with metadata beyond unit and description; `dictionary`: data dictionary of the file. The study is in its
+/// metadata, as in every file.
 ///
 /// # Errors
 /// The Parquet library's, such as columns of different lengths.

@@ -1,12 +1,12 @@
-//! Where files and datasets may be written. The command line and the Python package hold what they are asked to write to these rules
-//! before they work; what writes holds itself to them again.
+//! Places where files and datasets may be written. The command line and the Python package check these rules before they start work;
+//! writers check them again.
 
 use std::path::{Path, PathBuf};
 
 use super::error::DatasetError;
 use super::owned::owner;
 
-/// Refuses a file whose name says that it is of another kind than those that end in one of `endings`.
+/// Returns an error if a file's name does not end in one of `endings`.
 ///
 /// # Errors
 /// [`DatasetError::Target`].
@@ -26,8 +26,8 @@ pub fn check_ending(file: &Path, endings: &[&str]) -> Result<(), DatasetError> {
     Err(DatasetError::Target(format!("{shown}: what is written is {kinds}, so the name has to end in {dotted}")))
 }
 
-/// Refuses what lies where a dataset keeps its own, by whatever links. `coming`: folders that are to become datasets, as
-/// [`place`] gives them.
+/// Returns an error for a path among a dataset's own files, also through links. `coming`: folders that will become datasets, as returned by
+/// [`place`].
 ///
 /// # Errors
 /// [`DatasetError::Target`].
@@ -66,7 +66,7 @@ pub fn is_part_of(file: &Path, folder: &PathBuf) -> bool {
     owner(file, std::slice::from_ref(folder)).is_some_and(|owner| owner == folder)
 }
 
-/// Where a path leads: links are followed, and what is not there yet lies in the last folder above it that is.
+/// Resolves a path: follows links, and places a missing name in the last existing folder above it.
 pub fn place(path: &Path) -> PathBuf {
     let path = std::path::absolute(path).unwrap_or_else(|_| path.to_owned());
     let found = path.ancestors().find_map(|above| Some((above, above.canonicalize().ok()?)));

@@ -1,4 +1,4 @@
-//! A record of what is asked of the disk, for tests.
+//! Record of disk operations, for tests.
 
 use std::path::{Path, PathBuf};
 use std::sync::{Mutex, PoisonError};

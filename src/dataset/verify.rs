@@ -1,4 +1,4 @@
-//! Everything that can be checked of a dataset, without changing it.
+//! Verification of a dataset. It changes nothing.
 
 use std::collections::BTreeSet;
 use std::path::Path;
@@ -15,7 +15,7 @@ use super::reader::open_part;
 use super::rebuild::{known, strays};
 use decore_quantity::Value;
 
-/// What a verification found.
+/// Result of a verification.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Verification {
     /// The study, as the manifest has it.
@@ -28,9 +28,9 @@ pub struct Verification {
     pub rows_in_journal: u64,
     /// Parts that were read.
     pub parts: u64,
-    /// Their bytes.
+    /// Size in bytes.
     pub bytes: u64,
-    /// What is damaged, missing or foreign, a sentence each; empty for a dataset that is whole.
+    /// Damaged, missing or foreign files, a sentence each; empty for a complete dataset.
     pub faults: Vec<String>,
 }
 
@@ -74,8 +74,8 @@ pub fn verify(folder: &Path) -> Result<Verification, DatasetError> {
         if !wrong.is_empty() && rows.all(|row| journaled.contains(&row)) {
             // A process that ends between two renames leaves such a block; as after damage from outside, nothing of it is lost.
             wrong = vec![format!(
-                "the parts with the rows from {} are not those of the manifest, as after a process that ended while it replaced \
-                 them; the journal has all their rows: the same `decore run` puts them in place",
+                "the parts with the rows from {} do not match the manifest, because a process ended while it replaced \
+                 them; the journal has all their rows: run the same `decore run` again to store them",
                 runs.first_row
             )];
         }
@@ -88,7 +88,7 @@ pub fn verify(folder: &Path) -> Result<Verification, DatasetError> {
     Ok(Verification { study: known.manifest.study, rows, rows_done, rows_in_journal, parts, bytes, faults })
 }
 
-/// What parts are held to.
+/// Expected properties of parts.
 struct ExpectedParts<'a> {
     folder: &'a Path,
     manifest: &'a Manifest,

@@ -1,4 +1,4 @@
-//! Writes a dataset: rows into the journal as they end, parts from a thread of their own.
+//! Writes a dataset: finished rows into the journal at once, parts in a thread of their own.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::fs;
@@ -28,12 +28,12 @@ use super::store::{Block, DAMAGED, GROWING, REPLACED, STAGING, Store, columns_of
 /// Time after which rows in the journal are brought to the disk: a power failure costs no more.
 const SYNC_INTERVAL: Duration = Duration::from_secs(5);
 
-/// What to do if the folder already holds a dataset.
+/// Action if the folder already holds a dataset.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Existing {
     /// Refuse with [`DatasetError::Exists`].
     Refuse,
-    /// Go on with it if it is of the same study and rows, else refuse with [`DatasetError::Changed`].
+    /// Continue with it if it is of the same study and rows, else refuse with [`DatasetError::Changed`].
     Resume,
     /// Start anew: the dataset's tables and manifests (nothing else) go to a folder `.replaced` within, and are removed when
     /// the new dataset is whole.
@@ -96,7 +96,7 @@ impl DatasetWriter {
         Self::open(folder, info, RowSpan { first: 0, end: info.rows }, existing)
     }
 
-    /// As [`DatasetWriter::create`], for rows of other datasets: what these say of rows that were run again goes with them.
+    /// As [`DatasetWriter::create`], for rows of other datasets, including their records of re-run rows.
     pub(super) fn copy(
         folder: &Path,
         info: &DatasetInfo,
@@ -108,7 +108,7 @@ impl DatasetWriter {
         Self::open_noting(folder, info, manifest, existing)
     }
 
-    /// Creates the dataset's folder and manifests for the rows of `range`, or goes on with what is there.
+    /// Creates the dataset's folder and manifests for the rows of `range`, or continues an existing dataset.
     ///
     /// # Errors
     /// [`DatasetError::Exists`], [`DatasetError::Changed`] or [`DatasetError::Occupied`] for what the folder holds;
@@ -149,7 +149,7 @@ impl DatasetWriter {
 
     /// Opens a dataset to run chosen rows of it again, in place of the ones that are there; the budgets of `info` may be others.
     ///
-    /// A row that is not done does not take the place of one that is.
+    /// A row that is not done does not replace one that is.
     ///
     /// # Errors
     /// As [`DatasetWriter::open`]; [`DatasetError::Missing`].
@@ -168,7 +168,7 @@ impl DatasetWriter {
         Self::go_on(folder, lock, *known, ResumeCheck { info, range, chosen: Some(chosen) })
     }
 
-    /// Goes on with a dataset: with the rows that are missing, or those chosen.
+    /// Continues with a dataset: with the rows that are missing, or those chosen.
     fn go_on(folder: &Path, lock: Lock, known: Known, asked: ResumeCheck<'_>) -> Result<Self, DatasetError> {
         let changed = refuse_change(folder, &known.manifest, asked)?;
         let chosen = asked.chosen;
@@ -241,7 +241,7 @@ impl DatasetWriter {
         self.recorder.clone()
     }
 
-    /// Where the dataset is.
+    /// Folder of the dataset.
     pub fn place(&self) -> DatasetDir {
         self.recorder.place.clone()
     }
@@ -251,7 +251,7 @@ impl DatasetWriter {
         self.left.iter().map(|&(first, end)| RowSpan { first, end }).collect()
     }
 
-    /// Rows that were there when the dataset was opened, and those of them that are not done.
+    /// Rows that existed when the dataset was opened, and those that are not done.
     pub fn recovered(&self) -> (u64, u64) {
         self.recovered
     }
@@ -261,7 +261,7 @@ impl DatasetWriter {
         &self.damaged
     }
 
-    /// What else was lost when the dataset was opened, or is kept aside, a sentence each.
+    /// Further losses when the dataset was opened, and files kept aside, a sentence each.
     pub fn notes(&self) -> &[String] {
         &self.notes
     }
@@ -292,7 +292,7 @@ impl DatasetWriter {
 
     /// Writes the blocks that are not full too, and returns the manifest.
     ///
-    /// The manifest says whether the dataset has all its rows.
+    /// The manifest shows whether the dataset has all its rows.
     ///
     /// # Errors
     /// The system's or the Parquet library's; the rows are in the journal then.
@@ -376,7 +376,7 @@ impl DatasetWriter {
 impl Drop for DatasetWriter {
     fn drop(&mut self) {
         if let Some(parts) = self.parts.take() {
-            // What was handed over is still written; what fails is in the journal, and drop cannot report.
+            // Write all submitted rows. Failed writes stay in the journal; drop cannot report errors.
             let _ = parts.finish();
         }
         let _ = self.recorder.journal.sync();
@@ -427,7 +427,7 @@ fn write_parts(mut store: Store, journal: &Journal, blocks: &Receiver<Block>) ->
     }
 }
 
-/// What a dataset that is there is to go on with.
+/// Properties that an existing dataset must have to be continued.
 #[derive(Clone, Copy)]
 struct ResumeCheck<'a> {
     /// The study.
@@ -438,9 +438,9 @@ struct ResumeCheck<'a> {
     chosen: Option<&'a RerunSelection>,
 }
 
-/// What a folder holds.
+/// Contents of a folder.
 enum Found {
-    /// Nothing, or what a dataset's creation leaves when it is interrupted.
+    /// Nothing, or the files of an interrupted creation.
     Nothing,
     /// A dataset.
     Dataset(Box<Known>),
@@ -469,7 +469,7 @@ fn look(folder: &Path, existing: Existing) -> Result<Found, DatasetError> {
     }
 }
 
-/// Refuses another study, unless only budgets are others and no row that is to stay met the old ones; returns what is other.
+/// Refuses another study, unless only budgets differ and no remaining row reached the old ones. Returns the differences.
 fn refuse_change(
     folder: &Path,
     manifest: &Manifest,
@@ -514,7 +514,7 @@ fn rows_there(folder: &Path, manifest: &Manifest) -> Result<u64, DatasetError> {
     Ok(manifest.rows_done + journal::count(folder, &|row| !manifest.has(row))?.0)
 }
 
-/// Whether a folder is absent, empty, or holds only what a dataset's creation leaves when it is interrupted.
+/// Whether a folder is absent, empty, or contains only files of an interrupted creation.
 fn is_vacant(folder: &Path) -> Result<bool, DatasetError> {
     let entries = match fs::read_dir(folder) {
         Ok(entries) => entries,
@@ -537,8 +537,7 @@ fn is_vacant(folder: &Path) -> Result<bool, DatasetError> {
     Ok(journal::count(folder, &|_| true)?.0 == 0)
 }
 
-/// Moves what a dataset consists of aside; the manifest goes last, so that an interrupted move can be repeated. Says where
-/// to.
+/// Moves all files of a dataset aside, the manifest last, so that an interrupted move can be repeated. Returns the new place.
 fn replace_dataset(folder: &Path) -> Result<String, DatasetError> {
     let earlier = fs::read_dir(folder.join(REPLACED)).map_or(0, Iterator::count);
     let aside = folder.join(REPLACED).join((earlier + 1).to_string());

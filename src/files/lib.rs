@@ -1,5 +1,5 @@
-//! Files are read up to the size that their kind may have: a wrong name (a device, some other program's results) costs
-//! neither memory nor time. They are written under a passing name, until they are whole: [`Staged`].
+//! Reads files up to the maximum size of their kind, so that a wrong name (a device, results of another program) costs neither memory nor
+//! time. Writes files under a temporary name until they are complete: [`Staged`].
 
 mod shield;
 mod staged;
@@ -11,13 +11,13 @@ use std::path::Path;
 pub use shield::shielded;
 pub use staged::{Staged, is_passing_name, rename};
 
-/// Most bytes of what is no regular file (a pipe, a device) and so tells no size before.
+/// Largest size of a pipe or device, which has no known size.
 const MOST_STREAMED: u64 = 64_000_000;
 
 /// A kind of file and the most bytes that it may have.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Limit {
-    /// What it is, for messages.
+    /// Kind of file, for messages.
     pub kind: &'static str,
     /// The most bytes.
     pub bytes: u64,
@@ -30,13 +30,13 @@ impl Limit {
     pub const POINTS: Self = Self { kind: "a table of points or modes", bytes: 64_000_000 };
     /// Tables of a design's rows.
     pub const ROWS: Self = Self { kind: "a table of rows", bytes: 256_000_000 };
-    /// Matrices and what belongs to them.
+    /// Matrices and their tables.
     pub const MATRIX: Self = Self { kind: "a matrix file", bytes: 64_000_000_000 };
-    /// What a dataset says of itself.
+    /// Limit for the files that describe a dataset.
     pub const DATASET: Self = Self { kind: "a file about a dataset", bytes: 256_000_000 };
-    /// A part of a table, or the rows that wait for it: what the process that wrote them had in memory.
+    /// A part of a table, or the rows that wait for it: as large as the memory of the process that wrote them.
     pub const PART: Self = Self { kind: "a part of a dataset", bytes: 16_000_000_000 };
-    /// How far a sweep is, and who writes to a dataset: a few lines.
+    /// Progress and owner of a sweep: a few lines.
     pub const STATUS: Self = Self { kind: "the status of a dataset", bytes: 1_000_000 };
     /// A reduced machine that was kept.
     pub const REDUCED: Self = Self { kind: "a reduced machine", bytes: 4_000_000_000 };

@@ -1,4 +1,4 @@
-//! Decoders of others: what they do with damaged bytes ends in an error, not in the end of the program.
+//! Runs decoders of other packages: damaged bytes give an error, not a panic.
 
 use std::cell::Cell;
 use std::panic::{AssertUnwindSafe, catch_unwind, set_hook, take_hook};
@@ -9,7 +9,7 @@ thread_local! {
     static SHIELDED: Cell<bool> = const { Cell::new(false) };
 }
 
-/// What a decoder of another package gives; `None` where it panics, of which nothing is printed.
+/// Runs a decoder of another package. Returns `None` if it panics, and prints nothing.
 ///
 /// For calls whose input is refused as damaged then, and that leave nothing half done behind.
 pub fn shielded<T>(decode: impl FnOnce() -> T) -> Option<T> {

@@ -1,4 +1,4 @@
-//! Files that are either whole or not there.
+//! Files that are either complete or absent.
 
 use std::ffi::OsString;
 use std::fs;
@@ -48,17 +48,17 @@ impl Staged {
         self.file.as_file().sync_all()
     }
 
-    /// Where it is until it is put in place.
+    /// Temporary path of the file.
     pub fn path(&self) -> &Path {
         self.file.path()
     }
 
-    /// Where it is to go.
+    /// Final path of the file.
     pub fn target(&self) -> &Path {
         &self.target
     }
 
-    /// Moves the file into place, over one that is there. The name outlives a power cut once the folder is synced.
+    /// Moves the file into place, and replaces an existing one. The name outlives a power cut once the folder is synced.
     ///
     /// # Errors
     /// The system's; on Windows not before [`rename`] has tried again.
@@ -75,8 +75,8 @@ impl Staged {
     }
 }
 
-/// Renames a file or folder; a file takes the place of one that is there. Windows refuses it as long as another program has
-/// the file open, such as a reader or a virus scanner that is through in a moment: it is tried again, for a second in all.
+/// Renames a file or folder; a file replaces an existing one. Windows refuses it as long as another program has the file open, such as a
+/// reader or a virus scanner that is through in a moment: it is tried again, for a second in all.
 ///
 /// # Errors
 /// The system's.
@@ -97,7 +97,7 @@ fn patiently(mut attempt: impl FnMut() -> io::Result<()>) -> io::Result<()> {
     attempt()
 }
 
-/// Whether the system refuses as another program has the file open, or for what cannot be told from it.
+/// Whether another program has the file open, or the system's error does not exclude it.
 fn is_held_by_another(error: &io::Error) -> bool {
     /// `ERROR_ACCESS_DENIED`, `ERROR_SHARING_VIOLATION`.
     const HELD: [i32; 2] = [5, 32];

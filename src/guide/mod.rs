@@ -1,21 +1,21 @@
-//! The guide: pages for people who use the program, as `decore help TOPIC` prints them.
+//! The guide: help pages, printed by `decore help TOPIC`.
 
-/// One page.
+/// A help page.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Topic {
-    /// What it is asked for by.
+    /// Name of the topic, as in `decore help NAME`.
     pub name: &'static str,
-    /// What it tells, in a few words.
+    /// Summary in a few words.
     pub about: &'static str,
-    /// The page, as Markdown; a line `{DesignKind}` stands for the rows of a table of what the study's schema declares by that name.
+    /// Text in Markdown. A line such as `{DesignKind}` is replaced by table rows: the values of this definition in the study's schema.
     pub text: &'static str,
 }
 
-/// All pages.
+/// All topics, in the order of `decore help`.
 pub const TOPICS: [Topic; 22] = [
     Topic {
         name: "best",
-        about: "the best values for your goal, and how sure they are",
+        about: "the best values for your goal, and how certain they are",
         text: include_str!("best.md"),
     },
     Topic {
@@ -25,32 +25,32 @@ pub const TOPICS: [Topic; 22] = [
     },
     Topic {
         name: "castings",
-        about: "castings that bend: finite element models, points, core points, cut-off",
+        about: "elastic castings: finite element models, points, core points, cut-off",
         text: include_str!("castings.md"),
     },
     Topic {
         name: "cores",
-        about: "what reaches the sand cores: shock spectra, doses, when a core is out",
+        about: "shock at the sand cores: spectra, doses, time until a core is out",
         text: include_str!("cores.md"),
     },
     Topic {
         name: "clamps",
-        about: "castings that lie on pads and are pressed down: lift-off, clamping force, materials of pads",
+        about: "castings on pads with clamps: lift-off, clamping force, materials of pads",
         text: include_str!("clamps.md"),
     },
     Topic {
         name: "outputs",
-        about: "what each name of the tables means, column by column",
+        about: "tables and columns, ranking, standard errors, signals of a sweep",
         text: include_str!("outputs.md"),
     },
     Topic {
         name: "measured",
-        about: "a measurement beside a row's signals: offset, low-pass, spikes, differences",
+        about: "compare your measurement with a row: offset, low-pass, spikes, differences",
         text: include_str!("measured.md"),
     },
     Topic {
         name: "reading",
-        about: "the tables in pandas, polars, DuckDB and pyarrow",
+        about: "read the tables in pandas, polars, DuckDB and pyarrow; JSON output",
         text: include_str!("reading.md"),
     },
     Topic {
@@ -66,32 +66,32 @@ pub const TOPICS: [Topic; 22] = [
     },
     Topic {
         name: "sweeps",
-        about: "stopping and going on, shards, Slurm, HyperQueue, exit codes",
+        about: "stop and resume, repair, shards, Slurm, HyperQueue, exit codes",
         text: include_str!("sweeps.md"),
     },
     Topic {
         name: "sensitivity",
-        about: "which factor matters: Sobol' indices, elementary effects, Shapley effects",
+        about: "rank factors by their influence: Sobol' indices, elementary effects, Shapley effects",
         text: include_str!("sensitivity.md"),
     },
     Topic {
         name: "surrogate",
-        about: "what a row not run would give: models, their errors, predictions",
+        about: "predict results without running them: models, their errors, predictions",
         text: include_str!("surrogate.md"),
     },
     Topic {
         name: "features",
-        about: "a flat table for predictors: figures per casting, dictionary, groups and splits",
+        about: "a flat table to train predictors: figures per casting, dictionary, groups and splits",
         text: include_str!("features.md"),
     },
     Topic {
         name: "refine",
-        about: "which row to run next: models that learn, optima under limits, boundaries of limits and of failures",
+        about: "add rows where they help most: learn, optimise within limits, find boundaries and failures",
         text: include_str!("refine.md"),
     },
     Topic {
         name: "accuracy",
-        about: "presets and what they promise, methods, how time grows",
+        about: "presets and their errors, numerical error of a row, methods, growth of time",
         text: include_str!("accuracy.md"),
     },
     Topic {
@@ -101,14 +101,14 @@ pub const TOPICS: [Topic; 22] = [
     },
     Topic {
         name: "processors",
-        about: "which bytes are the same where; what GPUs and nodes of many cores would need",
+        about: "processors: equal bytes, nodes with many cores, GPUs",
         text: include_str!("processors.md"),
     },
     Topic {
         name: "paper",
-        about: "the publication of the model beside decore: figures, differences, why",
+        about: "compare decore with the results of the paper: figures, differences, causes",
         text: include_str!("paper.md"),
     },
-    Topic { name: "limits", about: "what decore does not do", text: include_str!("limits.md") },
-    Topic { name: "glossary", about: "terms, one word for one thing", text: include_str!("glossary.md") },
+    Topic { name: "limits", about: "limits of the model and the program", text: include_str!("limits.md") },
+    Topic { name: "glossary", about: "definitions of the words that decore uses", text: include_str!("glossary.md") },
 ];

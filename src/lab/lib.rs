@@ -1,13 +1,13 @@
 //! Answers from a dataset.
 //!
-//! - [`best`]: the best values of the factors under limits, and how sure they are.
+//! - [`best`]: best values of the factors within limits, and their confidence.
 //! - [`report`]: summary of a dataset.
 //! - [`comparison`]: differences between two datasets.
 //! - [`sensitivity`]: influence of each factor on each output.
 //! - [`surrogate`]: models that predict rows without running them.
 //! - [`refinement`]: rows to run next.
-//! - [`features`]: the flat table that a predictor is trained on, its dictionary, groups and splits.
-//! - [`measurement`]: a measured channel beside a calculated signal.
+//! - [`features`]: flat table for training predictors, its dictionary, groups and splits.
+//! - [`measurement`]: comparison of a measured channel with a calculated signal.
 #![deny(missing_docs)]
 #![cfg_attr(not(test), deny(clippy::disallowed_methods))]
 

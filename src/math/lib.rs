@@ -1,6 +1,6 @@
-//! Mathematics that knows nothing of statistics or hammers.
+//! Mathematics without statistics or hammers.
 //!
-//! - [`number`]: one number or several in the lanes of a vector, the type that a row's arithmetic is written over.
+//! - [`number`]: one number, or several in the lanes of a vector: the type of a row's arithmetic.
 //! - [`linalg`]: dense and sparse factorisations and eigenpairs; the only module that calls faer.
 //! - [`random`]: random numbers addressed by position.
 //! - [`shock`]: shock spectra and doses of motions.

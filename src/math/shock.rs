@@ -1,4 +1,4 @@
-//! Pseudo-velocity shock spectra and doses of a motion whose acceleration is a cubic piece by piece.
+//! Pseudo-velocity shock spectra and doses of a motion whose acceleration is piecewise cubic.
 //!
 //! An oscillator of natural circular frequency `w` and damping ratio `zeta = 1 / (2 Q)` stands on the moving point. Its elongation `z` obeys
 //!
@@ -270,7 +270,7 @@ fn lowest_octave(x: [f64; 2]) -> [[f64; 2]; 5] {
     [next(one, 1.0), one, two, three, four]
 }
 
-/// How a cycle counts: `(largest pseudo-velocity / reference)^exponent`, from a threshold on.
+/// Weight of a cycle: `(largest pseudo-velocity / reference)^exponent`, above a threshold.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Damage {
     /// Pseudo-velocity in m/s of which a cycle counts 1.
@@ -329,7 +329,7 @@ pub struct ShockResponse {
     damage: Option<Damage>,
     /// Largest pseudo-velocities of the present cycles, m/s. A cycle reaches from one passage of zero upwards to the next.
     cycle: [f64; BAND],
-    /// Which cycles count so far, a bit for each.
+    /// Cycles that count so far, one bit each.
     cycles: u32,
     dose: [f64; BAND],
     run: [f64; BAND],
@@ -368,7 +368,7 @@ impl ShockResponse {
         }
     }
 
-    /// Ends the present window and opens one anew; returns the pseudo-velocities of the old one in m/s.
+    /// Ends the present window and opens one again; returns the pseudo-velocities of the old one in m/s.
     pub fn open(&mut self, watch: Watch) -> [f64; BAND] {
         self.watch = watch;
         let old = std::mem::replace(&mut self.window, [0.0; BAND]);
@@ -397,7 +397,7 @@ impl ShockResponse {
         self.dose.iter().any(|own| *own >= dose)
     }
 
-    /// What a cycle with this largest pseudo-velocity counts.
+    /// Contribution of a cycle with this largest pseudo-velocity.
     fn counts(&self, largest_m_s: f64) -> f64 {
         match self.damage {
             Some(Damage { reference_m_s, exponent, threshold_m_s }) if largest_m_s >= threshold_m_s => {

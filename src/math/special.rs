@@ -1,6 +1,6 @@
-//! Distribution functions and quantiles that are no elementary functions.
+//! Distribution functions and quantiles that are not elementary.
 //!
-//! From libm's functions and basic operations alone: a factor's value has the same bits on every system.
+//! They use only libm's functions and basic operations, so a factor's value has the same bits on every system.
 
 use std::f64::consts::{FRAC_1_SQRT_2, SQRT_2, TAU};
 
@@ -57,7 +57,7 @@ pub fn student_quantile(probability: f64, freedom: f64) -> f64 {
 
 /// Distribution function of the beta distribution in [0, 1], the regularised incomplete beta function `I_x(a, b)`.
 ///
-/// Its continued fraction (Digital Library of Mathematical Functions, 8.17.22) by Lentz' method, on the side where it converges
+/// Uses the continued fraction (Digital Library of Mathematical Functions, 8.17.22) with Lentz' method, on the side where it converges
 /// fast.
 pub fn beta_cdf(a: f64, b: f64, x: f64) -> f64 {
     if x <= 0.0 || x >= 1.0 {

@@ -1,15 +1,15 @@
 //! The model of one row: from a scene and a machine's modes to the row's outputs.
 //!
 //! - [`parameter`]: parameters declared once, with unit, default, range and source.
-//! - [`contact`], [`hammer`], [`workpiece`], [`structure`]: components that know nothing of each other.
-//! - [`scene`]: all that one row needs, as plain data.
-//! - [`system`]: the coupled model; its builder is the only part that knows scenes.
-//! - [`integrate`]: time integration of piecewise smooth systems; never sees a hammer.
-//! - [`metrics`]: outputs, computed while a run goes on.
+//! - [`contact`], [`hammer`], [`workpiece`], [`structure`]: components, independent of each other.
+//! - [`scene`]: all data of one row, as plain data.
+//! - [`system`]: the coupled model; only its builder uses scenes.
+//! - [`integrate`]: time integration of piecewise smooth systems, independent of hammers.
+//! - [`metrics`]: outputs, computed during a run.
 //! - [`run`]: one row, and the parallel batch.
 //!
-//! Generic code is compiled, and optimised, where it is used: what a step computes has to be used here, not only by the packages
-//! above.
+//! The compiler compiles and optimises generic code where it is used. So this package must use the code of a step itself, not only the
+//! packages above.
 #![deny(missing_docs)]
 #![cfg_attr(not(test), deny(clippy::disallowed_methods))]
 

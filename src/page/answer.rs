@@ -1,4 +1,4 @@
-//! What a page says first: the answer to the study's goal, the models behind it, and a plan of the machine.
+//! First part of a page: the answer to the study's goal, the models behind it, and a plan of the machine.
 
 use std::collections::BTreeMap;
 
@@ -15,7 +15,7 @@ use decore_model::metrics::{Aggregates, CoreTotals, RunTotals};
 use decore_study::CheckedStudy;
 use decore_study::engine::checked;
 
-/// Outputs by which placements are compared beside the goal and the limits: work, frequency, velocities, forces and air.
+/// Outputs for the comparison of placements, in addition to goal and limits: work, frequency, velocities, forces and air.
 const COMPARED: [&str; 9] = [
     RunTotals::strike_energy_j.name,
     RunTotals::delivered_work_j.name,
@@ -99,7 +99,7 @@ pub(super) fn answered(
     })))
 }
 
-/// Models of the outputs that the goal does not name; `None` where no row has any.
+/// Models of the outputs that the goal does not name; `None` if no row has any.
 fn further(reader: &DatasetReader, added: Option<&DatasetReader>, known: &Model) -> Option<Model> {
     let is_new = |name: &&&str| {
         let modelled = known.surrogate.outputs.iter().any(|output| output.output == **name);
@@ -137,7 +137,7 @@ fn shown(view: AnswerView, (model, others): (ModelData, Option<ModelData>), stud
     Answered { answer, values, uncertain, nodes, caution, model, others, plan: plan(study, standing, tracks) }
 }
 
-/// The plan of the first scene, with the hammers of all decisions; `None` where no row describes a scene.
+/// The plan of the first scene, with the hammers of all decisions; `None` if no row describes a scene.
 fn plan(study: &CheckedStudy, standing: Vec<Vec<[f64; 2]>>, tracks: Vec<Track>) -> Option<Plan> {
     let scene = (0..study.row_count().min(64)).find_map(|row| study.scene(row).ok())?;
     let points = study.points();

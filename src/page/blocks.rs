@@ -5,7 +5,7 @@ use base64::engine::general_purpose::STANDARD;
 use serde::Serialize;
 
 const STYLE: &str = include_str!("../assets/pages/page.css");
-/// What all pages share.
+/// Script that all pages share.
 const SHARED: &str = include_str!("../assets/pages/page.js");
 /// Scripts of the page of a dataset, in the order in which they stand in it.
 const DATASET: [&str; 11] = [
@@ -21,7 +21,7 @@ const DATASET: [&str; 11] = [
     include_str!("../assets/pages/answer.js"),
     include_str!("../assets/pages/report.js"),
 ];
-/// Those of the page of a row.
+/// Scripts of the page of a row.
 const SCENE: [&str; 4] = [
     include_str!("../assets/pages/signals.js"),
     include_str!("../assets/pages/traces.js"),
@@ -29,16 +29,16 @@ const SCENE: [&str; 4] = [
     include_str!("../assets/pages/scene.js"),
 ];
 
-/// Which page it is.
+/// Kind of page.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Scripts {
-    /// That of a dataset.
+    /// Page of a dataset.
     Dataset,
-    /// That of a row.
+    /// Page of a row.
     Scene,
 }
 
-/// A page: its title, what is said of its data, and the data.
+/// Builds a page: title, metadata and data.
 ///
 /// # Errors
 /// Those of writing `meta` as JSON.

@@ -1,4 +1,4 @@
-//! The page of a dataset: what `src/assets/pages/report.js` draws.
+//! Page of a dataset, drawn by `src/assets/pages/report.js`.
 
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -21,9 +21,9 @@ use decore_study::{CheckedStudy, DesignOutline};
 pub const MOST_ROWS: u64 = 100_000;
 /// Numbers up to which a page carries all digits; beyond, single precision.
 const MOST_EXACT: u64 = 250_000;
-/// Texts of a column that are told apart.
+/// Largest number of different texts of a column.
 const MOST_NAMES: usize = 200;
-/// What stands for the texts beyond [`MOST_NAMES`].
+/// Text for all texts beyond [`MOST_NAMES`].
 const OTHERS: &str = "others";
 /// Outputs that are shown first, in this order, and whether small values are the good ones.
 const MAIN: [(&str, bool); 10] = [
@@ -39,7 +39,7 @@ const MAIN: [(&str, bool); 10] = [
     (Aggregates::work_per_air_j_per_nl.name, false),
 ];
 
-/// What the page is told besides its data.
+/// Metadata of a page.
 #[derive(Serialize)]
 struct Meta<'a> {
     title: &'a str,
@@ -83,12 +83,12 @@ struct Stored<'a> {
     names: Option<Vec<String>>,
 }
 
-/// What a page is made of.
+/// Contents of a page.
 #[derive(Clone, Copy)]
 pub struct PageOf<'a> {
     /// The dataset.
     pub reader: &'a DatasetReader,
-    /// Its study, whose goal the page answers; else why it cannot be read, empty where no answer is wanted.
+    /// Study with the goal that the page answers, or the reason why it cannot be read; empty if no answer is wanted.
     pub study: Result<&'a CheckedStudy, &'a str>,
 }
 
@@ -152,13 +152,13 @@ fn logarithmic(study: &DatasetInfo) -> BTreeSet<String> {
     factors.into_iter().filter(|factor| factor.logarithmic).map(|factor| factor.name).collect()
 }
 
-/// What a reader must know of the page's data.
+/// Returns notes on the page's data.
 fn notes(rows: u64, shown: usize, is_exact: bool, left_out: usize) -> Vec<String> {
     let mut notes = Vec::new();
     if rows > shown as u64 {
         notes.push(format!(
-            "The page shows {shown} of {rows} rows: those whose index has a small hash, and of each column the rows with the \
-             20 least and the 20 largest values. The figures above are of all rows."
+            "The page shows {shown} of {rows} rows: a random sample, and the rows with the 20 smallest and 20 largest \
+             values of each column. The figures above include all rows."
         ));
     }
     if !is_exact {

@@ -1,4 +1,4 @@
-//! What a page says of a dataset beyond its rows: which factor matters, and what models of the outputs know.
+//! Knowledge on a page beyond the rows of the dataset: influence of the factors, and models of the outputs.
 
 use serde::Serialize;
 
@@ -12,7 +12,7 @@ const MOST_ANALYSED: u64 = 20_000;
 /// Rows up to which outputs are modelled for a page: the time grows with their third power.
 pub(super) const MOST_MODELLED: u64 = 1000;
 
-/// What is known, or why it is not.
+/// Result, or the reason why there is none.
 #[derive(Debug, Serialize)]
 pub(super) struct Known<T> {
     found: Option<T>,
@@ -32,7 +32,7 @@ impl<T> Known<T> {
     }
 }
 
-/// Models and what is to be said of them at every use.
+/// Models and their warnings.
 #[derive(Debug, Serialize)]
 pub(super) struct Models {
     surrogate: Surrogate,
@@ -40,7 +40,7 @@ pub(super) struct Models {
     model: ModelData,
 }
 
-/// The indices of a dataset of so many rows, as `decore analyse` finds them by its defaults.
+/// The indices of a dataset with this number of rows, as `decore analyse` finds them by its defaults.
 pub(super) fn sensitivity(reader: &DatasetReader, rows: u64) -> Known<Sensitivity> {
     if rows > MOST_ANALYSED {
         return Known::not(format!("{rows} rows take longer than a page should: decore analyse finds their indices."));
@@ -48,8 +48,8 @@ pub(super) fn sensitivity(reader: &DatasetReader, rows: u64) -> Known<Sensitivit
     Known::of(analyse(reader, &SensitivitySettings::default()))
 }
 
-/// The models of a dataset of so many rows, as `decore surrogate` fits them by its defaults.
-/// What predicts is appended to the page's data.
+/// Fits the models of a dataset with this number of rows with the defaults of `decore surrogate`, and appends the predictors to the page's
+/// data.
 pub(super) fn models(reader: &DatasetReader, rows: u64, data: &mut Vec<u8>) -> Known<Models> {
     if rows > MOST_MODELLED {
         return Known::not(format!(

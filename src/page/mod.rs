@@ -1,5 +1,5 @@
-//! Pages of HTML that are one file each and need no network: a dataset to look through, a row to see at work, with data
-//! as JSON and base64, drawn by the scripts in `src/assets/pages`; the quality of a reduction.
+//! HTML pages, each a single file that needs no network: a dataset, a row with its motion, and the quality of a reduction. Data is JSON
+//! and base64; the scripts in `src/assets/pages` draw it.
 
 mod answer;
 mod blocks;

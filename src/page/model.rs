@@ -1,4 +1,4 @@
-//! A surrogate as a page predicts with it: its figures as JSON, its rows and weights among the page's data.
+//! A surrogate for predictions on a page: its figures as JSON, its rows and weights in the page's data.
 
 use serde::Serialize;
 
@@ -30,7 +30,7 @@ struct ProcessData {
     figures: ProcessFigures,
     /// Places that it is fitted to.
     count: usize,
-    /// Where the rows at these places, their weights and their numbers of runs begin.
+    /// Begin of the rows at these places, their weights and their numbers of runs.
     rows: usize,
     weights: usize,
     runs: usize,
@@ -43,7 +43,7 @@ struct SuccessData {
     process: Option<ProcessData>,
 }
 
-/// Appends a model to the page's data; returns what describes it.
+/// Appends a model to the page's data; returns its description.
 pub(super) fn model_data(model: &Model, data: &mut Vec<u8>) -> ModelData {
     let rows = model.points.rows();
     let points: Vec<f64> = (0..rows).flat_map(|row| model.points.row(row).to_vec()).collect();

@@ -1,4 +1,4 @@
-//! The quality report as one HTML page that needs nothing else: tables, and plots as inline SVG.
+//! Quality report as one self-contained HTML page: tables, and plots as inline SVG.
 
 use std::fmt::Write as _;
 
@@ -8,7 +8,7 @@ use decore_model::structure::{MobilityCurve, ModePair, QualityReport};
 const FULL: Color = COLORS[5];
 const REDUCED: Color = COLORS[0];
 
-/// The page. `title`: what was reduced.
+/// Builds the page. `title`: name of the reduced machine.
 ///
 /// # Errors
 /// The plotting library's words.

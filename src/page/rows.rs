@@ -1,4 +1,4 @@
-//! Which rows and columns of a table a page carries.
+//! Rows and columns of a table on a page.
 
 use std::collections::{BTreeMap, BTreeSet};
 

@@ -11,7 +11,7 @@ const STEPS: f64 = 65_536.0;
 /// Longest step of a position in m: values err by half of it.
 const LONGEST_STEP_M: f64 = 1e-6;
 
-/// How the numbers of a signal are read: `low + step * k`, `k` whole.
+/// Coding of a signal's numbers: `low + step * k`, `k` whole.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub(super) struct Scale {
     pub low: f64,
@@ -19,7 +19,8 @@ pub(super) struct Scale {
 }
 
 impl Scale {
-    /// That of values in `unit`: a 65536th of their range, of positions at most a micrometre. NaN and infinite values do not count.
+    /// Returns the scale of values in `unit`: a 65536th of their range, for positions at most a micrometre. NaN and infinite values are
+    /// ignored.
     fn of(values: &[f64], unit: &str) -> Self {
         let finite = || values.iter().copied().filter(|value| value.is_finite());
         let (low, high) = (finite().fold(f64::INFINITY, f64::min), finite().fold(f64::NEG_INFINITY, f64::max));
@@ -80,7 +81,7 @@ impl Samples {
 mod tests {
     use super::*;
 
-    /// What the page's script does to read a signal.
+    /// Reads a signal like the page's script.
     fn read(bytes: &[u8], scale: Scale) -> Vec<f64> {
         let count = bytes.len() / 4;
         let (mut before, mut slope) = (0_i64, 0_i64);

@@ -1,4 +1,4 @@
-//! The page of a row: what `src/assets/pages/scene.js` draws.
+//! Page of a row, drawn by `src/assets/pages/scene.js`.
 
 use std::ops::Range;
 
@@ -33,10 +33,10 @@ const WITH_SPECTRA: [&str; 3] = [
     HammerSignals::casting_velocity_m_s.name,
 ];
 
-/// What a row's page is made from.
+/// Data of a row's page.
 #[derive(Debug, Clone, Copy)]
 pub struct SceneView<'a> {
-    /// What is known of the study.
+    /// Information on the study.
     pub info: &'a DatasetInfo,
     /// The row's index.
     pub row: usize,
@@ -44,9 +44,9 @@ pub struct SceneView<'a> {
     pub factors: &'a [Value],
     /// The row's scene.
     pub scene: &'a Scene,
-    /// Its outcome.
+    /// Outcome of the row.
     pub outcome: &'a RowOutcome,
-    /// Its signals, time first, one value every [`SceneView::interval_s`].
+    /// Signals, time first, one value every [`SceneView::interval_s`].
     pub signals: &'a [Signal],
     /// Interval of the signals in s.
     pub interval_s: f64,
@@ -59,9 +59,9 @@ pub struct SceneView<'a> {
 pub struct MeasuredCurve<'a> {
     /// Name of the signal that it measures.
     pub signal: &'a str,
-    /// Its name.
+    /// Name of the column.
     pub column: &'a str,
-    /// What there is of it: one piece, or several with gaps between them.
+    /// Pieces of the measurement: one, or several with gaps between them.
     pub pieces: Vec<MeasuredPiece<'a>>,
     /// Times in s of samples that stand out by themselves.
     pub spikes_s: &'a [f64],
@@ -70,13 +70,13 @@ pub struct MeasuredCurve<'a> {
 /// A part of a measured channel without a gap.
 #[derive(Debug, Clone, Copy)]
 pub struct MeasuredPiece<'a> {
-    /// Which of the signal's values its first is beside.
+    /// Index of the signal's value at its first value.
     pub first: usize,
-    /// Its values in the signal's unit.
+    /// Values in the signal's unit.
     pub values: &'a [f64],
 }
 
-/// What the page is told besides its data.
+/// Metadata of a page.
 #[derive(Serialize)]
 struct Meta<'a> {
     title: &'a str,
@@ -114,7 +114,7 @@ struct Shocks {
     cores: Vec<(String, CoreSpectrum)>,
 }
 
-/// A measured curve of the data block: what it measures, its parts.
+/// A measured curve of the data block: signal and parts.
 #[derive(Serialize)]
 struct Curve<'a> {
     of: SignalOf,
@@ -193,7 +193,7 @@ struct Output {
     text: String,
 }
 
-/// The spectrum of a signal over a phase, or what is measured of it.
+/// Spectrum of a signal over a phase, or of its measurement.
 #[derive(Serialize)]
 struct Spectra<'a> {
     hammer: usize,
@@ -210,7 +210,7 @@ struct Spectra<'a> {
     measured: Vec<MeasuredLines<'a>>,
 }
 
-/// What a measured curve has over the same phase; no lines where it has too little of it.
+/// Lines of a measured curve over the same phase; none if it covers too little of it.
 #[derive(Serialize)]
 struct MeasuredLines<'a> {
     column: &'a str,
@@ -226,8 +226,8 @@ struct Lines {
 }
 
 impl SceneView<'_> {
-    /// Interval in s at which what is shown of `signals` signals over `duration_s` is read: 20 us, which shows the peaks of short
-    /// contacts; of long scenes with many signals more.
+    /// Interval in s of the displayed values of `signals` signals over `duration_s`: 20 us, which shows the peaks of short contacts; longer
+    /// for long scenes with many signals.
     pub fn page_interval_s(signals: usize, duration_s: f64) -> f64 {
         (duration_s * signals as f64 / MOST_VALUES).max(LEAST_INTERVAL_S)
     }
@@ -406,7 +406,7 @@ struct WithSpectra<'a> {
     signal: &'a Signal,
 }
 
-/// The signals that have spectra: of every hammer the same, and what else was measured.
+/// Signals with spectra: the same ones of every hammer, and other measured ones.
 fn with_spectra<'a>(view: &SceneView<'a>) -> Vec<WithSpectra<'a>> {
     let signals = || view.signals.iter();
     let own = (0..view.scene.hammers.len()).flat_map(|hammer| {
@@ -427,7 +427,7 @@ fn with_spectra<'a>(view: &SceneView<'a>) -> Vec<WithSpectra<'a>> {
     all
 }
 
-/// Spectra by phase, of what was measured too: of all signals over the time that they have in common, without a gap.
+/// Spectra by phase, of measurements too: all signals over their common time without a gap.
 fn spectra<'a>(view: &SceneView<'a>, blows: &[Blow], data: &mut Samples) -> Vec<Spectra<'a>> {
     let (mut spectra, interval_s) = (Vec::new(), view.interval_s);
     for WithSpectra { hammer, signal } in with_spectra(view) {
@@ -469,7 +469,7 @@ fn spectra<'a>(view: &SceneView<'a>, blows: &[Blow], data: &mut Samples) -> Vec<
     spectra
 }
 
-/// The values of `samples` that a signal has, whose first value is that of sample `first`.
+/// Values of a signal within `samples`; `first`: sample of its first value.
 fn within<'v>(values: &'v [f64], first: usize, samples: &Range<usize>) -> &'v [f64] {
     let [from, to] = [samples.start, samples.end].map(|at| at.clamp(first, first + values.len()) - first);
     values.get(from..to).unwrap_or_default()
@@ -482,7 +482,7 @@ impl<'a> MeasuredCurve<'a> {
         self.pieces.iter().map(ends).any(|(first, last)| first <= from && to <= last)
     }
 
-    /// What the piece that has most of `samples` has of them; all of them where that is too little for a spectrum.
+    /// Returns the samples of the piece that covers most of `samples`; all samples if that is too little for a spectrum.
     fn common(&self, samples: Range<usize>) -> Range<usize> {
         let of = |piece: &MeasuredPiece<'_>| {
             samples.start.max(piece.first)..samples.end.min(piece.first + piece.values.len())
@@ -491,7 +491,7 @@ impl<'a> MeasuredCurve<'a> {
         longest.filter(|common| common.len() >= LEAST_SAMPLES).unwrap_or(samples)
     }
 
-    /// Its values over `samples`, if a piece has all of them.
+    /// Values over `samples`, if one piece covers all of them.
     fn whole(&self, samples: &Range<usize>) -> Option<&'a [f64]> {
         let parts = self.pieces.iter().map(|piece| within(piece.values, piece.first, samples));
         parts.into_iter().find(|part| part.len() == samples.len())

@@ -1,4 +1,4 @@
-//! The paper's figures beside ours, as plain data.
+//! Comparison of the paper's figures with ours, as plain data.
 
 use std::fmt;
 
@@ -9,16 +9,16 @@ use super::mobility::Mobility;
 use super::quoted::CITATION;
 use decore_statistics::signal::relative_difference;
 
-/// The paper beside decore.
+/// Comparison of the paper with decore.
 #[derive(Debug, Clone, PartialEq, Serialize, JsonSchema)]
 pub struct PaperComparison {
-    /// Where the paper was published.
+    /// Publication of the paper.
     pub citation: &'static str,
-    /// How many of the figures that it calculated ours agree with.
+    /// Number of calculated figures with which ours agree.
     pub calculations: Agreement,
-    /// How many of those that it measured.
+    /// Number of measured figures with which ours agree.
     pub measurements: Agreement,
-    /// How many of the differences between both that it quotes.
+    /// Number of quoted differences with which ours agree.
     pub quoted_differences: Agreement,
     /// Figures that belong together.
     pub groups: Vec<FigureGroup>,
@@ -26,7 +26,7 @@ pub struct PaperComparison {
     pub mobility: Mobility,
 }
 
-/// How many figures agree.
+/// Number of figures that agree.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, JsonSchema)]
 pub struct Agreement {
     /// Figures that agree by their group's tolerance.
@@ -35,24 +35,24 @@ pub struct Agreement {
     pub of: usize,
 }
 
-/// Figures that belong together, what explains their differences, and runs that show it.
+/// Group of figures, the explanation of their differences, and runs as evidence.
 #[derive(Debug, Clone, PartialEq, Serialize, JsonSchema)]
 pub struct FigureGroup {
-    /// What they are.
+    /// Name of the group.
     pub name: &'static str,
     /// Table, figure or section of the paper.
     pub source: &'static str,
-    /// How near ours has to be.
+    /// Tolerance of the figures.
     pub tolerance: Tolerance,
-    /// The figures; none where the paper prints curves alone.
+    /// The figures; none if the paper prints curves alone.
     pub figures: Vec<PaperFigure>,
-    /// What agrees, what does not, and why.
+    /// Remarks on agreement, differences and their causes.
     pub remarks: Vec<String>,
-    /// What the remarks stand on: figures of ours alone.
+    /// Evidence for the remarks: figures of decore alone.
     pub evidence: Vec<Evidence>,
 }
 
-/// How near a figure of ours has to be to count as agreeing.
+/// Tolerance within which one of our figures agrees.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum Tolerance {
@@ -70,18 +70,18 @@ pub enum Tolerance {
     },
 }
 
-/// One figure of the paper beside ours.
+/// One figure of the paper and ours.
 #[derive(Debug, Clone, PartialEq, Serialize, JsonSchema)]
 pub struct PaperFigure {
-    /// What it is.
+    /// Name of the figure.
     pub name: String,
     /// Unit of all its values.
     pub unit: &'static str,
-    /// Ours against the paper's calculation; null where it prints none.
+    /// Ours against the paper's calculation; null if it prints none.
     pub calculated: Option<Against>,
-    /// Ours against the paper's measurement; null where it prints none.
+    /// Ours against the paper's measurement; null if it prints none.
     pub measured: Option<Against>,
-    /// Ours against a difference that the paper quotes between its calculation and its measurement; null where it is none.
+    /// Ours against a difference that the paper quotes between its calculation and its measurement; null if it is none.
     pub quoted: Option<Against>,
     /// Ours.
     pub ours: f64,
@@ -101,20 +101,20 @@ pub struct Against {
 /// A table of ours alone.
 #[derive(Debug, Clone, PartialEq, Serialize, JsonSchema)]
 pub struct Evidence {
-    /// What it shows.
+    /// Subject of the evidence.
     pub name: &'static str,
     /// Headings of the values, with their units.
     pub columns: Vec<&'static str>,
-    /// Its rows.
+    /// Rows of the evidence.
     pub rows: Vec<EvidenceRow>,
 }
 
 /// A row of such a table.
 #[derive(Debug, Clone, PartialEq, Serialize, JsonSchema)]
 pub struct EvidenceRow {
-    /// What was changed, or what the row shows.
+    /// The change, or the subject of the row.
     pub label: String,
-    /// A value for each column; null where there is none.
+    /// A value for each column; null if there is none.
     pub values: Vec<Option<f64>>,
 }
 
@@ -138,7 +138,7 @@ impl PaperComparison {
     }
 }
 
-/// A figure before it is held to a tolerance.
+/// A figure without its tolerance.
 #[derive(Debug, Clone)]
 pub(super) struct Printed {
     pub name: String,
@@ -167,7 +167,7 @@ impl Printed {
 }
 
 impl Tolerance {
-    /// A figure held to the tolerance.
+    /// Applies the tolerance to a figure.
     pub(super) fn judge(self, printed: Printed) -> PaperFigure {
         let Printed { name, unit, calculated, measured, quoted, ours } = printed;
         let (relative, [of_calculation, of_measurement]) = match self {
@@ -202,7 +202,7 @@ impl fmt::Display for Tolerance {
 }
 
 impl Tolerance {
-    /// Headings of the [`PaperFigure::cells`] of figures that are held to it.
+    /// Headings of [`PaperFigure::cells`] for figures with this tolerance.
     pub fn columns(self) -> [&'static str; 5] {
         match self {
             Self::Share { .. } => ["calculated", "measured", "ours", "to calc.", "to meas."],
@@ -212,7 +212,7 @@ impl Tolerance {
 }
 
 impl PaperFigure {
-    /// Its values in words: what the paper calculated or quotes, what it measured, ours, the differences of ours to both; `*` marks a
+    /// Values in words: calculated or quoted by the paper, measured by the paper, ours, the differences of ours to both; `*` marks a
     /// difference beyond the tolerance.
     pub fn cells(&self) -> [String; 5] {
         let none = if self.quoted.is_some() { "" } else { "-" };

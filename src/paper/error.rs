@@ -1,16 +1,16 @@
-//! Why the paper's rig could not be compared.
+//! Reasons why the paper's rig could not be compared.
 
 use decore_statistics::signal::SignalError;
 use decore_study::StudyError;
 use decore_study::engine::EngineError;
 
-/// Why the paper's rig could not be compared.
+/// Reason why the paper's rig could not be compared.
 #[derive(Debug, thiserror::Error)]
 pub enum PaperError {
     /// The study that is compiled in.
     #[error("the paper's rig: {0}")]
     Study(#[from] StudyError),
-    /// Its machine or its signals.
+    /// Error of its machine or its signals.
     #[error("the paper's rig: {0}")]
     Engine(#[from] EngineError),
     /// A run that did not reach its end.

@@ -31,9 +31,9 @@ pub struct Mobility {
 /// A peak of a mobility.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, JsonSchema)]
 pub struct MobilityPeak {
-    /// Where, Hz.
+    /// Frequency, Hz.
     pub frequency_hz: f64,
-    /// How high, m/(s N).
+    /// Height, m/(s N).
     pub mobility_m_per_s_n: f64,
 }
 
@@ -70,7 +70,7 @@ fn magnitude(modes: &InterfaceModes, [response, force]: [&[f64]; 2], hz: f64) ->
     omega * real.hypot(imaginary)
 }
 
-/// Where a curve is higher than on both sides.
+/// Finds the peaks of a curve.
 fn peaks(curve: impl Fn(f64) -> f64) -> Vec<MobilityPeak> {
     let [from_hz, to_hz] = CURVE_HZ;
     let count = ((to_hz - from_hz) / PEAK_STEP_HZ).round() as usize;

@@ -1,6 +1,5 @@
-//! The publication that the model follows, beside what decore gives for its rig: M. Mariadass, R. Binder, F. Ettemeyer, W. Volk,
-//! D. Günther, *Modeling De-Coring Tools with Coupled Multibody Simulation and Finite Element Analysis*, Appl. Mech. 2023, 4,
-//! 1206-1226.
+//! Comparison of the published results with decore's for the same rig: M. Mariadass, R. Binder, F. Ettemeyer, W. Volk, D. Günther,
+//! *Modeling De-Coring Tools with Coupled Multibody Simulation and Finite Element Analysis*, Appl. Mech. 2023, 4, 1206-1226.
 //!
 //! ```text
 //! quoted: figures of the paper ------------------------+
@@ -8,13 +7,13 @@
 //! rig: studies/paper_rig.toml, compiled in --run--> ours
 //! ```
 //!
-//! - `quoted`: what the paper prints, with table, figure or section
-//! - `rig`: the rig as a study, its runs, and runs with one thing changed that tell where differences come from
+//! - `quoted`: figures of the paper, with table, figure or section
+//! - `rig`: the rig as a study, its runs, and runs with one change that show the causes of differences
 //! - `mobility`: velocity per force over frequency
 //! - `lines`: lines of the arm's spectrum by window and span
 //! - `compared`: the result as plain data
 //! - `page`: the result as one HTML page
-//! - `structure_groups`, `process_groups`: what stands beside what, by which tolerance, and why it differs
+//! - `structure_groups`, `process_groups`: compared figures, their tolerances and the causes of differences
 
 mod compared;
 mod error;
@@ -34,7 +33,7 @@ pub use mobility::{Mobility, MobilityPeak};
 pub use page::paper_page;
 pub use quoted::CITATION;
 
-/// Runs the paper's rig, and what else tells where differences come from, and sets all beside the paper's figures. Reads no file.
+/// Runs the paper's rig, and further runs that explain differences, and compares all with the paper's figures. Reads no file.
 ///
 /// # Errors
 /// [`PaperError`], of which none is known: the study is compiled in.

@@ -1,4 +1,4 @@
-//! The comparison as one HTML page that needs nothing else.
+//! The comparison as one self-contained HTML page.
 
 use std::fmt::Write as _;
 
@@ -11,7 +11,7 @@ use crate::plot::{Axis, COLORS, Chart, Line, Marker, PlotError, Series, document
 /// Size of a picture in pixels.
 const PLOT: (u32, u32) = (900, 420);
 
-/// The page: what agrees, then each group with its figures, remarks, runs, and the mobilities where the paper has them.
+/// Builds the page: summary, then each group with its figures, remarks and runs, and the mobilities if the paper has them.
 ///
 /// # Errors
 /// The plotting library's words.

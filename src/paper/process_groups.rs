@@ -1,4 +1,4 @@
-//! What the paper says of the process: energies, frequency, vibration of the arm, velocities.
+//! Statements of the paper on the process: energies, frequency, vibration of the arm, velocities.
 
 use super::compared::{Evidence, EvidenceRow, FigureGroup, Printed, Tolerance};
 use super::error::PaperError;
@@ -12,13 +12,13 @@ use super::rig::{DECAYED_S, Impact, Ours, Peaks, RmsVelocity, Supplied, Varied};
 use decore_model::metrics::HammerMetrics;
 use decore_statistics::signal::relative_difference;
 
-/// What "about 22 Hz" and 70 J are printed to.
+/// Precision of "about 22 Hz" and 70 J in print.
 const ENERGY_TOLERANCE: Tolerance = Tolerance::Share { of_calculation: 0.02, of_measurement: 0.05 };
 /// Of vibrations.
 const ARM_TOLERANCE: Tolerance = Tolerance::Share { of_calculation: 0.1, of_measurement: 0.1 };
 const DIFFERENCE_TOLERANCE: Tolerance = Tolerance::PercentagePoints { most: 5.0 };
 
-/// Energies, arm, velocities and quoted differences of the paper beside ours.
+/// Compares energies, arm, velocities and quoted differences of the paper with ours.
 ///
 /// # Errors
 /// [`PaperError::Missing`] for an output that a run of the rig has.
@@ -199,7 +199,7 @@ fn lines_remark(ours: &Ours) -> String {
     )
 }
 
-/// What the place on the arm makes.
+/// Remark on the effect of the place on the arm.
 fn places_remark(ours: &Ours, mount_m_s: f64) -> String {
     let [calculated, _] = ARM_EXTENSION_M_S;
     let distance = |place: &RmsVelocity| (place.extension_m_s - calculated).abs();
@@ -214,7 +214,7 @@ fn places_remark(ours: &Ours, mount_m_s: f64) -> String {
     )
 }
 
-/// What the damping makes.
+/// Remark on the effect of the damping.
 fn damping_remark(ours: &Ours) -> String {
     let tried = ours.dampings.iter().filter_map(|varied| {
         Some(format!("{:.4} m/s at a ratio of {}", varied.hammer.arm_rms_hammering_m_s?, varied.value))

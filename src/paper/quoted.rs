@@ -1,6 +1,6 @@
-//! What the paper prints. Its curves carry no figures: only what stands in its tables and sentences can be compared.
+//! Figures of the paper. Its curves have no numbers, so only its tables and sentences can be compared.
 
-/// Where it was published.
+/// Publication.
 pub const CITATION: &str = "Mariadass, Binder, Ettemeyer, Volk, Günther, Appl. Mech. 2023, 4, 1206-1226";
 
 /// A row of Table 3: a natural frequency of the machine with the hammer's housing.
@@ -31,7 +31,7 @@ pub(super) const NATURAL_FREQUENCIES: [NaturalFrequency; 12] = [
 ];
 /// Measured natural frequencies in Hz that its calculation does not have (Section 4.1).
 pub(super) const NOT_CALCULATED_HZ: [f64; 3] = [25.0, 32.0, 54.0];
-/// Frequency in Hz up to which modes are those of the isolators (Section 4.1).
+/// Highest frequency in Hz of the isolators' modes (Section 4.1).
 pub(super) const ISOLATORS_HZ: f64 = 10.0;
 /// Energy of the first impact from rest, J (Section 5).
 pub(super) const FIRST_IMPACT_J: f64 = 70.0;

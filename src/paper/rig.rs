@@ -1,4 +1,4 @@
-//! The paper's rig as a study, run as it is and with one thing changed at a time.
+//! The paper's rig as a study, run unchanged and with one change at a time.
 
 use std::path::Path;
 
@@ -18,9 +18,9 @@ use decore_study::engine::{Engine, RowScene};
 
 /// The shipped study of the rig.
 const STUDY: &str = include_str!("../../studies/paper_rig.toml");
-/// Interval of signals in s: what contacts of 0.1 ms need.
+/// Interval of signals in s, short enough for contacts of 0.1 ms.
 const INTERVAL_S: f64 = 2e-5;
-/// That of the machine's points, whose modes end at 1000 Hz.
+/// Interval for the machine's points, whose modes end at 1000 Hz.
 const GAUGE_INTERVAL_S: f64 = 1e-4;
 /// Duration in s of runs that show steady hammering, and the time from which on the first impact's transient has decayed.
 const LONG: &str = "duration_s=4.0";
@@ -31,15 +31,15 @@ pub(super) const SUPPLIES_BAR: [f64; 4] = [4.4, 4.5, 4.6, 5.0];
 const DAMPING_RATIOS: [f64; 3] = [0.005, 0.02, 0.05];
 /// Times in s after the first contact over which the arm's velocity is averaged; the last stands for the rest of the run.
 const AVERAGED_S: [f64; 4] = [0.025, 0.15, 0.5, f64::INFINITY];
-/// Points of the machine whose velocity is watched beside the mount's: along the arm, and the ends of its rail.
+/// Points of the machine whose velocity is watched in addition to the mount's: along the arm, and the ends of its rail.
 const WATCHED: [&str; 7] = ["A1", "A2", "A3", "A4", "A5", "R1", "R9"];
-/// What makes a fixture a gauge: it holds nothing and only reports how its point moves.
+/// Values that make a fixture a gauge: it carries almost no force and reports the motion of its point.
 const GAUGE: &str = "at_m = [0.0, 0.0]\nstiffness_n_per_m = 1e-3\ndamping_n_s_per_m = 0.0\n";
-/// What a rig with gauges needs besides: gauges away from the points they watch, and a casting that does not turn.
+/// Further settings of a rig with gauges: gauges away from the points that they watch, and a casting that does not turn.
 const GAUGED: [&str; 3] =
     ["geometry=as_given", "casting.part.centre_m=[0.36, 0.0]", "casting.part.inertia_kg_m2=[1.0, 1.0]"];
 
-/// What the engine gives.
+/// Results of the engine.
 #[derive(Debug)]
 pub(super) struct Ours {
     /// Natural frequencies of the machine with the hammer's housing in Hz, rising.
@@ -61,7 +61,7 @@ pub(super) struct Ours {
     pub places: Vec<RmsVelocity>,
 }
 
-/// What the hammer gives with one value changed.
+/// Results of the hammer with one changed value.
 #[derive(Debug)]
 pub(super) struct Varied {
     pub value: f64,
@@ -103,7 +103,7 @@ pub(super) struct Impact {
     pub chisel: Peaks,
 }
 
-/// A peak velocity, and what the paper's low-pass leaves of it, m/s.
+/// A peak velocity, without and with the paper's low-pass, m/s.
 #[derive(Debug)]
 pub(super) struct Peaks {
     pub whole_m_s: f64,
@@ -111,7 +111,7 @@ pub(super) struct Peaks {
 }
 
 impl Peaks {
-    /// How much higher the peak is than what the low-pass leaves, in % of that.
+    /// Excess of the peak over its low-passed value, in % of the latter.
     pub fn excess_percent(&self) -> f64 {
         100.0 * (self.whole_m_s / self.low_passed_m_s - 1.0)
     }
@@ -269,7 +269,7 @@ fn varied(value: f64, scene: &Scene, modes: &InterfaceModes) -> Result<Varied, P
     Ok(Varied { value, hammer: hammer.ok_or(PaperError::Missing("hammer"))? })
 }
 
-/// How other points of the machine move while the hammer works at its mount.
+/// Motion of other points of the machine while the hammer works at its mount.
 fn places() -> Result<Vec<RmsVelocity>, PaperError> {
     let gauges = WATCHED.map(|point| format!("\n[casting.part.fixture.{point}]\npoint = \"{point}\"\n{GAUGE}"));
     let (outcome, signals) =

@@ -1,4 +1,4 @@
-//! What the paper says of the machine: Table 3 and Figure 14.
+//! Statements of the paper on the machine: Table 3 and Figure 14.
 
 use super::compared::{Evidence, EvidenceRow, FigureGroup, Printed, Tolerance};
 use super::mobility::MobilityPeak;
@@ -7,12 +7,12 @@ use super::rig::Ours;
 
 /// The group that the mobilities belong to.
 pub(super) const MOBILITY: &str = "Mobility at the hammer's mount";
-/// How near ours has to be: what it was fitted to, and what the paper's own calculation reaches (its largest difference is 5.1 %).
+/// Tolerance: the accuracy of the fit, and of the paper's own calculation (its largest difference is 5.1 %).
 const TOLERANCE: Tolerance = Tolerance::Share { of_calculation: 0.01, of_measurement: 0.05 };
-/// A measured mode is that of a peak within this share of its frequency.
+/// A measured mode belongs to a peak within this share of its frequency.
 const SAME_MODE: f64 = 0.05;
 
-/// Its natural frequencies and mobilities beside ours.
+/// Compares natural frequencies and mobilities with ours.
 pub(super) fn groups(ours: &Ours) -> Vec<FigureGroup> {
     vec![natural_frequencies(ours), mobility(ours)]
 }

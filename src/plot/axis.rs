@@ -15,7 +15,7 @@ const WITHIN_DECADE: [f64; 3] = [1.0, 2.0, 5.0];
 /// One axis of a chart.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Axis {
-    /// What it shows, with the unit: `time (s)`.
+    /// Title with the unit: `time (s)`.
     pub label: String,
     /// Whether equal distances are equal ratios; values that are not positive are not drawn then.
     pub logarithmic: bool,
@@ -43,7 +43,7 @@ impl Axis {
         Self { label: label.to_owned(), logarithmic: true }
     }
 
-    /// Where a value is drawn; not a finite number if it cannot be.
+    /// Position of a value; not finite if it cannot be drawn.
     pub(super) fn place(&self, value: f64) -> f64 {
         if self.logarithmic { value.log10() } else { value }
     }

@@ -19,7 +19,7 @@ const DASHES: (u32, u32) = (7, 5);
 /// Space for the labels below and left of a chart.
 const LABELS: (u32, u32) = (44, 76);
 
-/// How the points of a series are joined.
+/// Connection of the points of a series.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Line {
     /// Not at all.
@@ -30,7 +30,7 @@ pub enum Line {
     Dashed,
 }
 
-/// What stands at the points of a series.
+/// Marker at the points of a series.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Marker {
     /// Nothing.
@@ -54,9 +54,9 @@ pub struct Series {
     pub color: Color,
     /// The points; those that are not finite are left out.
     pub points: Vec<(f64, f64)>,
-    /// How they are joined.
+    /// Connection of the points.
     pub line: Line,
-    /// What stands at them.
+    /// Marker at the points.
     pub marker: Marker,
 }
 
@@ -69,7 +69,7 @@ pub struct Chart {
     pub x: Axis,
     /// The axis upwards.
     pub y: Axis,
-    /// What is drawn, the last above the others.
+    /// Series; later ones are drawn above earlier ones.
     pub series: Vec<Series>,
 }
 
@@ -168,7 +168,7 @@ fn outline(marker: Marker) -> Vec<(i32, i32)> {
     }
 }
 
-/// Names with samples of lines, dashes and markers, beside the chart.
+/// Draws the names with samples of lines, dashes and markers next to the chart.
 fn draw_legend(chart: &Chart, area: &Area<'_>) -> Result<(), PlotError> {
     let style = TextStyle::from(("sans-serif", LETTERS).into_font()).pos(Pos::new(HPos::Left, VPos::Center));
     for (index, series) in chart.series.iter().filter(|series| !series.name.is_empty()).enumerate() {

@@ -1,4 +1,4 @@
-//! Pages of tables and pictures that need no script and nothing else.
+//! Self-contained pages of tables and pictures, without scripts.
 
 const STYLE: &str = "body{font:14px/1.45 system-ui,sans-serif;color:#1c2430;margin:2rem auto;max-width:64rem;padding:0 1rem;overflow-wrap:break-word}\
 h1{font-size:1.5rem;margin-bottom:.2rem;overflow-wrap:anywhere}h2{font-size:1.1rem;margin-top:2rem}p{max-width:46rem}\

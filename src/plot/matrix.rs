@@ -25,9 +25,9 @@ const BARS: usize = 12;
 pub struct MatrixFactor {
     /// Name.
     pub name: String,
-    /// What it varies over, in words; cut to the width of a panel.
+    /// Domain in words; cut to the width of a panel.
     pub domain: String,
-    /// Where each row lies in the range, in [0, 1].
+    /// Position of each row in the range, in [0, 1].
     pub shares: Vec<f64>,
 }
 
@@ -62,7 +62,7 @@ pub fn scatter_matrix(title: &str, factors: &[MatrixFactor]) -> Result<String, P
     Ok(svg)
 }
 
-/// Where a label stands: the middle of its upper edge, and whether it reads upwards.
+/// Position of a label: the middle of its upper edge, and whether it reads upwards.
 struct LabelPlace {
     at: (i32, i32),
     turned: bool,

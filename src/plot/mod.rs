@@ -1,6 +1,6 @@
-//! Pictures as SVG, all drawn by one hand: charts, stacked panels, scatter matrices; and the page that some stand in.
+//! SVG pictures in one style: charts, stacked panels, scatter matrices, and a page for them.
 //!
-//! Every axis has a name with its unit, ticks have short labels, and legends stand beside the data, never over them.
+//! Every axis has a name with its unit, ticks have short labels, and legends are next to the data, never over them.
 
 mod axis;
 mod chart;

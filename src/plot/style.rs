@@ -1,15 +1,15 @@
-//! Colours, and what can go wrong.
+//! Colours, and errors of the plotting library.
 
 /// A colour as red, green and blue.
 pub type Color = (u8, u8, u8);
 
-/// Colours that colour-blind eyes tell apart too (Okabe and Ito 2008), and a grey.
+/// Colours that colour-blind readers can distinguish (Okabe and Ito 2008), and a grey.
 pub const COLORS: [Color; 7] =
     [(0, 114, 178), (213, 94, 0), (0, 158, 115), (204, 121, 167), (86, 180, 233), (230, 159, 0), (110, 110, 110)];
-/// For what is no series of its own: bounds, floors.
+/// Colour of bounds and floors.
 pub const BLACK: Color = (0, 0, 0);
 
-/// Why a picture could not be drawn: the plotting library's words.
+/// Message of the plotting library for a picture that could not be drawn.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
 #[error("failed to draw: {0}")]
 pub struct PlotError(String);

@@ -1,4 +1,4 @@
-//! Curves of many points, thinned to what a picture can show.
+//! Thins curves of many points to the resolution of a picture.
 
 /// The points of a curve that can be seen: of all that fall into one of `columns` equal parts of the abscissa the first, the
 /// least, the largest and the last. Peaks stay.

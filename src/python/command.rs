@@ -1,4 +1,4 @@
-//! Commands of the command line as Python calls them: by the same names and defaults, with their results.
+//! Commands of the command line for Python, with the same names and defaults.
 
 use std::ffi::OsString;
 use std::path::PathBuf;

@@ -1,4 +1,4 @@
-//! A dataset, opened.
+//! An open dataset.
 
 use std::ffi::OsString;
 use std::path::PathBuf;
@@ -54,7 +54,7 @@ impl Dataset {
         Table::stored(&self.reader, TableName::Timings)
     }
 
-    /// Means of signals: a row per instant of the runs whose signals the study keeps; `None` where it keeps none.
+    /// Means of signals: a row per instant of the runs whose signals the study keeps; `None` if it keeps none.
     #[getter]
     fn signals(&self) -> Option<Table> {
         let is_there = self.reader.tables().any(|table| table == TableName::Signals);
@@ -97,7 +97,7 @@ impl Dataset {
         self.reader.manifest().range.len()
     }
 
-    /// Rows that are there, whatever their status.
+    /// Existing rows, whatever their status.
     #[getter]
     fn rows_done(&self) -> u64 {
         self.reader.manifest().rows_done

@@ -1,4 +1,4 @@
-//! What is raised: exceptions that keep the file, line, key and suggestion of a fault.
+//! Exceptions, with file, line, key and suggestion.
 
 use std::ffi::CString;
 
@@ -25,7 +25,7 @@ create_exception!(decore, SweepError, Error, "Rows could not be run or stored; w
 create_exception!(decore, StudyWarning, PyUserWarning, "What about a study is possible but unlikely.");
 create_exception!(decore, PredictionWarning, PyUserWarning, "What of a prediction cannot be relied on.");
 
-/// Tells what is to be looked at.
+/// Issues a warning.
 ///
 /// # Errors
 /// The warning, where Python is to raise warnings of its kind.
@@ -43,7 +43,7 @@ pub fn warn_above(py: Python<'_>, kind: &Bound<'_, PyType>, text: &str, level: i
     PyErr::warn(py, kind, &text, level)
 }
 
-/// What a [`Problem`] has, in its order: for `pickle`.
+/// Fields of a [`Problem`], in its order, for `pickle`.
 type Fields = (String, Option<usize>, Option<usize>, String, String, Option<String>, Option<String>, String);
 
 /// One fault of a study.
@@ -52,15 +52,15 @@ type Fields = (String, Option<usize>, Option<usize>, String, String, Option<Stri
 pub struct Problem {
     /// Name of the file, or the value set over it.
     file: String,
-    /// Line, from 1; none where the fault belongs to no line.
+    /// Line, from 1; none if the fault belongs to no line.
     line: Option<usize>,
     /// Column in characters, from 1.
     column: Option<usize>,
     /// Path of the key; empty for a fault of syntax.
     key: String,
-    /// What is wrong.
+    /// The fault.
     message: String,
-    /// What was expected, where that is not part of the message.
+    /// Expected value, if it is not part of the message.
     expected: Option<String>,
     /// The nearest known key or name.
     suggestion: Option<String>,

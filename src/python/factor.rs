@@ -11,7 +11,7 @@ use decore_study::FactorInfo;
 pub struct Factor {
     /// Name as in the study.
     name: String,
-    /// Its unit, if the study names one.
+    /// Unit, if the study gives one.
     unit: Option<String>,
     /// Paths of the study that it drives.
     paths: Vec<String>,

@@ -1,4 +1,4 @@
-//! Values by the names of factors: mappings, frames of pandas, polars and Arrow, rows, structured arrays.
+//! Values by factor names: mappings, frames of pandas, polars and Arrow, rows, structured arrays.
 
 use std::collections::HashSet;
 
@@ -9,10 +9,10 @@ use decore_quantity::words::{did_you_mean, nearest};
 
 /// Prefix of a factor's column in tables.
 const PREFIX: &str = "factor_";
-/// Column of tables that is no factor and no mistake.
+/// Column of tables that is not a factor and no mistake.
 const ROW: &str = "row";
 
-/// The values of `names`, in their order, of what has columns or keys; `None` for numbers without names.
+/// Values of `names`, in their order, from an object with columns or keys; `None` for numbers without names.
 ///
 /// # Errors
 /// `KeyError` that names all columns that are unknown, missing or there twice.

@@ -1,4 +1,4 @@
-//! Outputs as a function of factors, over arrays: what optimisers and samplers call.
+//! Outputs as a function of factors over arrays, for optimisers and samplers.
 
 use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
@@ -26,8 +26,8 @@ const ROUNDING: f64 = 1e-9;
 
 /// `f(X) -> Y`: a row of X per point, a column per factor; a row of Y per point, a column per output.
 ///
-/// Y is NaN where a point cannot be simulated or a factor does not take its value (NaN, infinity, a value between whole numbers or
-/// listed values). It has no axis of points for one point, and none of outputs if one output was asked for by its name alone.
+/// Y is NaN if a point cannot be simulated or a factor does not take its value (NaN, infinity, a value between whole numbers or
+/// listed values). It has no axis of points for one point, and none of outputs if one output was requested by its name alone.
 ///
 /// X is an array; or a frame, a mapping or rows, whose names are obeyed: other orders give the same, unknown and missing columns raise
 /// `KeyError`.
@@ -44,14 +44,14 @@ pub struct Function {
     factors: Vec<String>,
     fixed: Vec<(String, Value)>,
     outputs: Vec<String>,
-    /// Their places in the table of runs.
+    /// Places in the table of runs.
     places: Vec<usize>,
-    /// Whether one output was asked for by its name alone.
+    /// Whether one output was requested by its name alone.
     single: bool,
     threads: usize,
 }
 
-/// A function as it is asked for.
+/// A function as it is requested.
 pub struct Definition {
     /// Factors that are columns of X.
     pub factors: Vec<String>,
@@ -74,10 +74,10 @@ impl Definition {
     fn check(&self, py: Python<'_>, checked: &CheckedStudy) -> PyResult<()> {
         let wrong = |message: String| Err(PyValueError::new_err(message));
         if let Some(name) = repeated(self.outputs.iter().map(|(name, _)| name)) {
-            return wrong(format!("output `{name}` is asked for twice: name each once"));
+            return wrong(format!("output `{name}` is given twice: give each once"));
         }
         if let Some(name) = repeated(self.factors.iter()) {
-            return wrong(format!("factor `{name}` stands twice in `factors`: name each once"));
+            return wrong(format!("factor `{name}` is in `factors` twice: give each once"));
         }
         if let Some((name, _)) = self.fixed.iter().find(|(name, _)| self.factors.contains(name)) {
             return wrong(format!("factor `{name}` is in `factors` and in `fixed`: leave it out of one of them"));
@@ -90,7 +90,7 @@ impl Definition {
                 "factor `{name}` takes texts ({domain}), X holds numbers: give its value in `fixed`"
             ));
         }
-        // Any value that the factor takes stands for those of its column.
+        // Any permitted value of the factor can fill its column.
         let taken = |name: &String| {
             let factor = factors().find(|factor| factor.name == *name);
             factor.and_then(|factor| factor.values.first().cloned()).unwrap_or(Value::Integer(0))
@@ -115,7 +115,7 @@ impl Function {
 }
 
 impl Function {
-    /// Warns of each factor with values outside its range in the design; those of a normal distribution have no ends.
+    /// Warns of each factor with values outside its range in the design. A normal distribution has no ends.
     fn warn_outside(&self, py: Python<'_>, x: &[f64]) -> PyResult<()> {
         let all = self.ready.engine.study().factors();
         for (column, name) in self.factors.iter().enumerate() {
@@ -161,7 +161,7 @@ impl Function {
     /// The outputs at the points of X, computed on several threads.
     fn __call__<'py>(&self, py: Python<'py>, x: &Bound<'py, PyAny>) -> PyResult<Bound<'py, PyAny>> {
         let numpy = py.import("numpy").map_err(|error| {
-            PyImportError::new_err(format!("{error}: functions over arrays take numpy; install it beside decore"))
+            PyImportError::new_err(format!("{error}: functions over arrays need NumPy: run `pip install numpy`"))
         })?;
         let x = match columns(x, &self.factors)? {
             Some(columns) => {
@@ -238,7 +238,7 @@ pub fn unpickled(py: Python<'_>, handed: Handed) -> PyResult<Function> {
     Function::new(py, (&ready, origin), Definition { factors, fixed, outputs, single, threads })
 }
 
-/// Numbers of NumPy, those that are masked as NaN: numpy would hand on what lies below the mask.
+/// Numbers of a NumPy array, with masked ones as NaN: NumPy would pass on the values below the mask.
 fn unmasked<'py>(numpy: &Bound<'py, PyModule>, x: &Bound<'py, PyAny>) -> PyResult<Bound<'py, PyAny>> {
     let masked = numpy.getattr("ma")?;
     match masked.call_method1("isMaskedArray", (x,))?.is_truthy()? {
@@ -261,7 +261,7 @@ struct Task {
 }
 
 impl Task {
-    /// The outputs point by point; what is left out after a stop is not asked for any more.
+    /// Outputs point by point; after a stop the remaining ones are skipped.
     fn run(&self, stop: &AtomicBool) -> Result<Vec<f64>, EngineError> {
         let engine = &self.ready.engine;
         let (places, points): (Vec<usize>, Vec<Vec<Level>>) =
@@ -285,8 +285,7 @@ impl Task {
         Ok(found)
     }
 
-    /// The levels of the factors at a point; `None` where one of them does not take its value, which is all that can be wrong
-    /// with what [`Definition::check`] let pass.
+    /// Levels of the factors at a point; `None` if a factor does not take its value, the only possible error after [`Definition::check`].
     fn levels(&self, row: usize) -> Option<Vec<Level>> {
         let width = self.factors.len();
         let own = self.x.get(row * width..(row + 1) * width)?;

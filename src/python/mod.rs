@@ -1,8 +1,8 @@
-//! The module of the Python package `decore`: the calls of [`decore_study::engine`] and [`decore_dataset`] that the command line makes, for
-//! notebooks and programs. What is around it in Python is in `decore/` beside this file, with the types of all it has.
+//! Module of the Python package `decore`: the functions of [`decore_study::engine`] and [`decore_dataset`] that the command line uses,
+//! for notebooks and programs. The Python part with all types is in `decore/` next to this file.
 //!
-//! Nothing here holds the interpreter while it simulates, reads or writes. Values become Python's objects, and objects values, with it
-//! alone: there other threads get their turn every few milliseconds.
+//! The interpreter is released during simulation, reading and writing. Conversions between values and Python objects hold it; other
+//! threads get their turn every few milliseconds.
 
 mod command;
 mod dataset;
@@ -37,11 +37,11 @@ fn open(py: Python<'_>, dataset: value::FilePath) -> PyResult<dataset::Dataset> 
 fn _decore(module: &Bound<'_, PyModule>) -> PyResult<()> {
     let py = module.py();
     wait::imported();
-    // Also for what rayon starts by itself, which bounds nothing.
+    // Also for threads that rayon starts by itself, without a limit.
     thread_count(0).map_err(|error| PyValueError::new_err(error.to_string()))?;
     module.add("__version__", env!("CARGO_PKG_VERSION"))?;
     module.add_function(wrap_pyfunction!(open, module)?)?;
-    // What `pickle` calls is no name of the package.
+    // `pickle` calls names that are not in the package.
     module.setattr("_problem", wrap_pyfunction!(error::problem, module)?)?;
     module.setattr("_function", wrap_pyfunction!(function::unpickled, module)?)?;
     module.setattr("_models", wrap_pyfunction!(surrogate::unpickled, module)?)?;

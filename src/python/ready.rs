@@ -1,4 +1,4 @@
-//! A study with its machines reduced, and what every table of its rows needs.
+//! A study with its reduced machines, and the metadata of its tables.
 
 use std::sync::Arc;
 
@@ -13,15 +13,15 @@ use decore_study::{CheckedStudy, Study};
 
 /// A study ready to run.
 pub struct Ready {
-    /// What runs its rows.
+    /// Engine that runs the rows.
     pub engine: Engine,
-    /// What its tables say of it.
+    /// Description of the study for its tables.
     pub info: DatasetInfo,
     /// Columns of its tables.
     pub columns: Columns,
 }
 
-/// What is simulated.
+/// Point to simulate.
 pub enum Asked {
     /// A row of the design.
     Row(usize),
@@ -31,25 +31,25 @@ pub enum Asked {
 
 /// A simulated row as tables.
 pub struct Simulated {
-    /// How it ended, and its outputs.
+    /// Outcome of the row.
     pub outcome: RowOutcome,
-    /// Its rows of `runs`, `blows` and `timings`.
+    /// Rows of `runs`, `blows` and `timings`.
     pub tables: [RecordBatch; 3],
-    /// Its signals, where they were asked for and the row could be simulated.
+    /// Signals, if they were requested and the row could be simulated.
     pub signals: Option<RecordBatch>,
 }
 
-/// Which signals of a row are kept.
+/// Selection of a row's signals.
 pub enum Chosen {
     /// All.
     All,
-    /// Those of these names.
+    /// Signals with these names.
     Named(Vec<String>),
 }
 
-/// Signals that are asked for.
+/// Signals requested.
 pub struct Wanted {
-    /// Which.
+    /// Selection of the signals.
     pub chosen: Chosen,
     /// Time between two of their values in s.
     pub interval_s: f64,
@@ -67,7 +67,7 @@ impl Ready {
         Ok(Self { engine, info, columns })
     }
 
-    /// What the tables take of an outcome; a point that is no row of the design counts as row 0.
+    /// Converts an outcome for the tables. A point outside the design counts as row 0.
     pub fn record(&self, asked: &Asked, outcome: RowOutcome) -> RowRecord {
         let study = self.engine.checked();
         match asked {
@@ -114,7 +114,7 @@ impl Wanted {
         }
     }
 
-    /// The signals that are asked for, the time first.
+    /// The requested signals, the time first.
     fn of(&self, signals: Vec<Signal>) -> Vec<Signal> {
         let Chosen::Named(names) = &self.chosen else { return signals };
         let (times, others): (Vec<Signal>, Vec<Signal>) =

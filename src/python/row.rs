@@ -8,7 +8,7 @@ use super::study::Study;
 use super::table::Table;
 use decore_dataset::TableName;
 
-/// How a row ended, and its tables. `row["column"]` is a value of the table of runs, `dict(row)` has all.
+/// A simulated row, and its tables. `row["column"]` is a value of the table of runs, `dict(row)` has all.
 ///
 /// >>> study.scene(3).status
 /// 'done'
@@ -16,19 +16,19 @@ use decore_dataset::TableName;
 pub struct Row {
     /// `done`, `audit_failed`, `invalid`, `diverged` or `budget_exhausted`.
     status: &'static str,
-    /// Why the row is not done; empty if it is.
+    /// Reason why the row is not done; empty if it is.
     reason: String,
     /// Time that it took, in s.
     wall_time_s: f64,
-    /// Its row of the table of runs.
+    /// Row of the table of runs.
     runs: Py<Table>,
-    /// Its blows.
+    /// Blows.
     blows: Py<Table>,
-    /// Its signals; none unless they were asked for and the row could be simulated.
+    /// Signals; none unless they were requested and the row could be simulated.
     signals: Option<Py<Table>>,
-    /// Its study.
+    /// Study of the row.
     study: Py<Study>,
-    /// Its place in the design; none for values of factors.
+    /// Place in the design; none for own values of factors.
     index: Option<usize>,
 }
 
@@ -60,7 +60,7 @@ impl Row {
         Ok(values.iter().next().map_or_else(|| py.None(), Bound::unbind))
     }
 
-    /// Names of the columns of the table of runs: with `[]` what `dict(row)` takes.
+    /// Names of the columns of the table of runs; `dict(row)` uses them with `[]`.
     ///
     /// >>> dict(study.scene(3))["factor_pressure"] == study.scene(3)["factor_pressure"]
     /// True

@@ -22,15 +22,15 @@ use decore_statistics::design::Level;
 use decore_study::CheckedStudy;
 use decore_study::engine::{checked, design_table};
 
-/// Where a study comes from, which other processes read again: path, overrides, retries, hash.
+/// Origin of a study, which other processes read again: path, overrides, retries, hash.
 pub type Origin = (PathBuf, Vec<String>, u32, String);
 
 /// Studies made ready most recently, for functions that come from another process: it sends one with each piece of work.
 static READY: Mutex<Vec<(Origin, Shared)>> = Mutex::new(Vec::new());
-/// How many of them are kept.
+/// Largest number of stored ones.
 const MOST_READY: usize = 4;
 
-/// A study, held to its machine. The machine is reduced when the first row is run.
+/// A study, checked against its machine. The machine is reduced when the first row runs.
 ///
 /// `path`: the study file. `overrides`: values over the file's, by their paths, like `--set`. `retries`: times a row that diverged is
 /// run again. Raises `StudyError` with all problems, and `MachineError` if the machine's files cannot be read.
@@ -40,7 +40,7 @@ const MOST_READY: usize = 4;
 #[pyclass(module = "decore", frozen)]
 pub struct Study {
     checked: CheckedStudy,
-    /// Its file, wherever the process goes.
+    /// File, valid in any working directory.
     path: PathBuf,
     retries: u32,
     ready: OnceLock<Shared>,
@@ -149,7 +149,7 @@ impl Study {
         self.checked.study().title()
     }
 
-    /// Hash over all that determines its rows.
+    /// Hash of everything that determines its rows.
     #[getter]
     fn hash(&self) -> &str {
         self.checked.study().hash()
@@ -241,7 +241,8 @@ impl Study {
     /// `outputs`: columns of the table of runs; one name alone for results without an axis of outputs. `factors`: columns of X; all
     /// that are not in `fixed` unless named. `fixed`: values of the other factors. `threads`: 0 for one per core.
     ///
-    /// >>> work = study.function("delivered_work_j", factors=["pressure"], fixed={"position": 0.0, "standoff": 0.08, "fixture_stiffness": 3e7})
+    /// >>> work = study.function("delivered_work_j", factors=["pressure"], fixed={"position": 0.0, "standoff": 0.08, "fixture_stiffness":
+    /// 3e7})
     /// >>> work([[4.5], [5.5]]).shape
     /// (2,)
     #[pyo3(signature = (outputs, *, factors=None, fixed=None, threads=0))]
@@ -289,7 +290,8 @@ pub fn unpickled(py: Python<'_>, path: PathBuf, overrides: Vec<String>, retries:
     if study.checked.study().hash() == hash {
         return Ok(study);
     }
-    let message = "the study, or a file that it names, was changed since it was handed to this process; read it anew and hand that on";
+    let message = "the study or one of its files changed since it was passed to this process; load it again and pass \
+        the new study";
     Err(StudyError::new_err(format!("{}: {message}", path.display())))
 }
 
@@ -297,7 +299,7 @@ fn check_threads(threads: usize) -> PyResult<()> {
     thread_count(threads).map(drop).map_err(|error| PyValueError::new_err(error.to_string()))
 }
 
-/// What is told of progress: the package's own display, a callable, or nobody.
+/// Listener of the progress: the package's own display, a callable, or none.
 ///
 /// # Errors
 /// What the object raised when it was asked whether it is true.
@@ -310,7 +312,7 @@ pub fn listener(py: Python<'_>, progress: Option<&Bound<'_, PyAny>>) -> PyResult
     }
 }
 
-/// The signals that are asked for: a list of names, or `True` for all.
+/// The requested signals: a list of names, or `True` for all.
 fn chosen(signals: Option<&Bound<'_, PyAny>>) -> PyResult<Option<Chosen>> {
     match signals {
         None => Ok(None),
@@ -320,7 +322,7 @@ fn chosen(signals: Option<&Bound<'_, PyAny>>) -> PyResult<Option<Chosen>> {
                 let names: Vec<String> = one.extract()?;
                 if let Some(name) = repeated(&names) {
                     return Err(PyValueError::new_err(format!(
-                        "signal `{name}` stands twice in `signals`: name each once"
+                        "signal `{name}` is in `signals` twice: give each once"
                     )));
                 }
                 Ok(Some(Chosen::Named(names)))

@@ -1,4 +1,4 @@
-//! Models of a dataset's outputs, and what they say of rows not run.
+//! Models of a dataset's outputs, and their predictions.
 
 use std::borrow::Cow;
 use std::path::Path;
@@ -70,7 +70,8 @@ impl Surrogate {
                 Err(_) => values.try_iter()?.enumerate().map(text).collect::<PyResult<Vec<String>>>()?,
             };
             if place > 0 && texts.len() != rows.len() {
-                let message = format!("factor `{name}` has {} values, those before it {}", texts.len(), rows.len());
+                let message =
+                    format!("factor `{name}` has {} values, but the earlier factors have {}", texts.len(), rows.len());
                 return Err(PyValueError::new_err(message));
             }
             rows.resize_with(texts.len(), Vec::new);
@@ -131,7 +132,7 @@ impl Surrogate {
         Ok(Table::new("predictions", batch))
     }
 
-    /// What cannot be relied on, a sentence each.
+    /// Warnings, a sentence each.
     #[getter]
     fn warnings(&self) -> Vec<String> {
         self.model.surrogate.warnings()

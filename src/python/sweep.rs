@@ -1,4 +1,4 @@
-//! Rows that a Python program runs: told of by a callable, stopped by Ctrl-C.
+//! Runs rows from Python: progress goes to a callable, Ctrl-C stops.
 
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 use std::sync::mpsc::{Receiver, sync_channel};
@@ -25,7 +25,7 @@ struct Ending {
 }
 
 impl Ending {
-    /// Notes a sweep that begins; those of this process that it has to wait for.
+    /// Registers a new sweep; returns this process's sweeps that it must wait for.
     fn begin(&mut self, sweep: Receiver<()>) -> Vec<Receiver<()>> {
         let process = std::process::id();
         let earlier = std::mem::replace(self, Self { process, sweeps: vec![sweep] });
@@ -33,12 +33,12 @@ impl Ending {
     }
 }
 
-/// How far a sweep is.
+/// Progress of a sweep.
 #[pyclass(module = "decore", frozen, get_all)]
 pub struct Progress {
     /// Rows that the dataset is to hold.
     rows: u64,
-    /// Rows that are there, whatever their status.
+    /// Existing rows, whatever their status.
     done: u64,
     /// Of these, rows with another status than done.
     failed: u64,
@@ -57,7 +57,7 @@ impl Progress {
     }
 }
 
-/// What is counted while rows run, on any thread.
+/// Counters of running rows, shared by all threads.
 #[derive(Default)]
 pub struct Counts {
     rows: AtomicU64,
@@ -67,7 +67,7 @@ pub struct Counts {
 }
 
 impl Counts {
-    /// Counts what an event tells of.
+    /// Counts an event.
     pub fn hear(&self, event: SweepEvent<'_>) {
         match event {
             SweepEvent::Begins { rows, done, failed } => {
@@ -80,7 +80,7 @@ impl Counts {
                 self.failed.fetch_add(u64::from(status != RowStatus::Done), Ordering::Relaxed);
                 self.done.fetch_add(1, Ordering::Relaxed);
             }
-            // Told of where the sweep ends, or in the dataset itself.
+            // Reported at the end of the sweep, or in the dataset itself.
             SweepEvent::Grown { .. } | SweepEvent::Found { .. } | SweepEvent::Repeats { .. } => {}
             SweepEvent::Tick | SweepEvent::Ends => {}
             SweepEvent::SummaryNotWritten(_) | SweepEvent::Failed => {}
@@ -98,7 +98,7 @@ impl Counts {
     }
 }
 
-/// Runs work that runs rows, and calls `told` about them five times a second.
+/// Runs work that runs rows, and calls `told` with their progress five times a second.
 ///
 /// # Errors
 /// What an interrupt or `told` raised; then rows that ended are kept, and rows that still run end by themselves, before work that

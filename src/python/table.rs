@@ -1,4 +1,4 @@
-//! Tables by the Arrow stream protocol: readers of Arrow take them as they are, and none is needed.
+//! Tables with the Arrow stream protocol: readers of Arrow can use them directly.
 
 use std::collections::BTreeMap;
 use std::sync::Arc;
@@ -38,7 +38,7 @@ pub struct Column {
     name: String,
     /// Unit; `1` for numbers without one, empty for texts.
     unit: String,
-    /// What it is.
+    /// Description of the column.
     description: String,
 }
 
@@ -53,7 +53,7 @@ impl Column {
 enum Content {
     /// In memory.
     Batch(RecordBatch),
-    /// In a dataset, read when it is asked for.
+    /// In a dataset, read when it is requested.
     Stored(Arc<DatasetReader>, TableName),
 }
 
@@ -169,7 +169,7 @@ impl Table {
         self.columns().into_iter().map(|column| (column.name, column.unit)).collect()
     }
 
-    /// Names of the columns: with `[]` what `dict(table)` takes.
+    /// Names of the columns; `dict(table)` uses them with `[]`.
     ///
     /// >>> dataset.timings.keys()
     /// ['row', 'wall_time_s', 'numerical_twin_wall_time_s']
@@ -213,7 +213,7 @@ impl Table {
         PyCapsule::new_with_value(py, schema, c"arrow_schema")
     }
 
-    /// The table as Arrow's capsule of a stream; it has its own types, whichever are asked for.
+    /// The table as Arrow's capsule of a stream; it has its own types, whichever are requested.
     #[pyo3(signature = (requested_schema=None))]
     fn __arrow_c_stream__<'py>(
         &self,

@@ -1,4 +1,4 @@
-//! Values of Python as values of a study, and back.
+//! Conversion between Python values and values of a study.
 
 use std::collections::HashSet;
 use std::path::PathBuf;
@@ -25,7 +25,7 @@ impl<'py> FromPyObject<'_, 'py> for FilePath {
     }
 }
 
-/// Whether a value is true; `None` if it is no truth value, numpy's included.
+/// Whether a value is true; `None` if it is not a truth value, numpy's included.
 pub fn truth(from: &Bound<'_, PyAny>) -> Option<bool> {
     from.extract().ok()
 }
@@ -70,7 +70,7 @@ pub fn settings(from: &Bound<'_, PyMapping>) -> PyResult<Vec<String>> {
     entries(from)?.into_iter().map(setting).collect()
 }
 
-/// The names and what stands under them.
+/// Names and their values.
 pub fn entries<'py>(from: &Bound<'py, PyMapping>) -> PyResult<Vec<(String, Bound<'py, PyAny>)>> {
     from.items()?.iter().map(|item| item.extract::<(String, Bound<'py, PyAny>)>()).collect()
 }
@@ -79,8 +79,8 @@ pub fn entries<'py>(from: &Bound<'py, PyMapping>) -> PyResult<Vec<(String, Bound
 fn toml(from: &Bound<'_, PyAny>, path: &str, depth: usize) -> PyResult<String> {
     if depth > MOST_NESTED {
         return Err(PyValueError::new_err(format!(
-            "`{path}`: lists and tables stand more than {MOST_NESTED} deep in each other, or one holds itself; no key of a study \
-             takes that: give the value as the study file has it"
+            "`{path}`: lists and tables are nested more than {MOST_NESTED} deep, or one contains itself; no key of a \
+             study permits this: give the value as in the study file"
         )));
     }
     if let Some(truth) = truth(from) {

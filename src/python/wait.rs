@@ -1,4 +1,4 @@
-//! Long work beside the interpreter: other Python threads run meanwhile, and Ctrl-C is heard.
+//! Runs long work without the interpreter, so that other Python threads run, and Ctrl-C works.
 
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::mpsc::{Receiver, RecvTimeoutError, sync_channel};
@@ -13,7 +13,7 @@ use super::error::Error;
 
 /// Time between two looks for an interrupt.
 const TICK: Duration = Duration::from_millis(50);
-/// What work that was told to stop may take to end before the call returns without it.
+/// Time for stopped work to end before the call returns without it.
 const GRACE: Duration = Duration::from_millis(350);
 
 /// The process that imported the package.
@@ -21,9 +21,9 @@ static IMPORTED_BY: OnceLock<u32> = OnceLock::new();
 /// Threads of the process that was forked from it.
 static FORKED: Mutex<Option<(u32, Arc<ThreadPool>)>> = Mutex::new(None);
 
-/// Work that is told to stop by a flag.
+/// Work that a flag can stop.
 pub struct Work<T, F: FnOnce(&Arc<AtomicBool>) -> T> {
-    /// What is done; a long one looks at the flag.
+    /// The work; long work looks at the flag.
     pub run: F,
     /// Called with the interpreter at least every 50 ms.
     pub tick: Box<dyn FnMut(Python<'_>) -> PyResult<()>>,
@@ -37,8 +37,8 @@ impl<T: Send + 'static, F: FnOnce(&Arc<AtomicBool>) -> T + Send + 'static> Work<
 
     /// Does the work on a thread of its own without holding the interpreter.
     ///
-    /// After an interrupt (or an exception of `tick`) the work is told to stop. Where it has not ended 0.35 s later, it is left to
-    /// end by itself, its result dropped.
+    /// After an interrupt (or an exception of `tick`) the work is stopped. If it has not ended 0.35 s later, it continues in the
+    /// background, and its result is dropped.
     ///
     /// # Errors
     /// What a signal handler or `tick` raised; [`Error`] if the work panicked or has no thread.
@@ -64,7 +64,7 @@ impl<T: Send + 'static, F: FnOnce(&Arc<AtomicBool>) -> T + Send + 'static> Work<
             }
             if let Err(raised) = py.check_signals().and_then(|()| (self.tick)(py)) {
                 stop.store(true, Ordering::SeqCst);
-                // Ended or not: what was asked for is not wanted any more.
+                // Ended or not, the result is no longer wanted.
                 drop(hear(py, &mut told, GRACE));
                 return Err(raised);
             }

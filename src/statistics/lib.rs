@@ -1,4 +1,4 @@
-//! Statistics over plain numbers: nothing here knows hammers, studies or files.
+//! Statistics over plain numbers, independent of hammers, studies and files.
 //!
 //! - [`design`]: designs of experiments, whose rows are addressed by (seed, row).
 //! - [`analysis`]: sensitivity indices of tables of numbers.

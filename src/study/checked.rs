@@ -1,4 +1,4 @@
-//! A study held to its machine: every name known, its constraints applied, its rows what they stay.
+//! A study checked against its machine: all names known, constraints applied, rows final.
 
 use super::constraints::{constrained, meets, unknown_names};
 use super::demand::check_names;
@@ -15,7 +15,7 @@ use decore_model::scene::{Method, Scene};
 use decore_quantity::{Kind, Value};
 use decore_statistics::design::{Acceptance, Design, Level};
 
-/// Rows compared of designs that compute each row alone: those of one kind and seed do not start to differ later.
+/// Rows to compare in designs that compute each row alone: rows of one kind and seed do not start to differ later.
 const COMPARED_ROWS: usize = 1 << 17;
 
 /// A study with the interface points of its machine: it has rows.
@@ -49,8 +49,7 @@ impl CheckedStudy {
         Ok(Self { study, points, design, warnings, overridden })
     }
 
-    /// What about the values is possible but unlikely, for instance a pressure in another unit: those of the first row, and of
-    /// each factor at its ends.
+    /// Possible but unlikely values, for instance a pressure in another unit: in the first row, and at the ends of each factor.
     pub fn warnings(&self) -> &[Problem] {
         &self.warnings
     }
@@ -75,7 +74,7 @@ impl CheckedStudy {
         self.design.row_count()
     }
 
-    /// How many points met the constraints; `None` where none were left out.
+    /// Number of points that met the constraints; `None` if none were left out.
     pub fn acceptance(&self) -> Option<Acceptance> {
         self.design.acceptance()
     }
@@ -121,8 +120,8 @@ impl CheckedStudy {
         self.scene_at(&levels)
     }
 
-    /// The scene where the factors that the design draws have these levels, see [`CheckedStudy::levels`]: that of
-    /// [`CheckedStudy::scene`] for a row's levels. No range and no constraint of the design is asked.
+    /// Scene for these levels of the drawn factors, see [`CheckedStudy::levels`], as [`CheckedStudy::scene`] for a row's levels. Ranges and
+    /// constraints of the design are not checked.
     ///
     /// # Errors
     /// As for [`CheckedStudy::scene`].
@@ -187,14 +186,13 @@ fn overridden(study: &Study, factor: &FactorInfo) -> Option<Value> {
     }
 }
 
-/// What a look at some rows of a study found.
+/// Findings in some rows of a study.
 struct Findings {
     faults: Vec<Problem>,
     warnings: Vec<Problem>,
 }
 
-/// What is wrong with a study on a machine with these points, and what looks wrong; rows share their faults: one report per
-/// place and key.
+/// Finds errors and doubtful values of a study on a machine with these points. Rows share their faults: one report per place and key.
 fn look_at(study: &Study, points: &PointTable) -> Findings {
     let mut findings = Findings { faults: check_names(study, points), warnings: Vec::new() };
     findings.faults.extend(unknown_names(study));
@@ -256,7 +254,7 @@ struct Looked<'a> {
 }
 
 impl Looked<'_> {
-    /// Whether a quantity is driven by a factor that is not at one of its ends here: what it is then, nobody typed.
+    /// Whether a value comes from a factor that is not at one of its ends here: nobody typed such a value.
     fn is_between(&self, study: &Study, at: &[String]) -> bool {
         let driver = study.plan.driver(|path| path.starts_with(at) || at.starts_with(path));
         let drawn = driver.filter(|factor| factor.distribution().is_some());

@@ -1,4 +1,4 @@
-//! Constraints of a design: expressions over factors, parameters and geometry that hold in every row.
+//! Constraints of a design: conditions on factors, parameters and geometry in every row.
 
 use std::cell::OnceCell;
 
@@ -42,10 +42,10 @@ pub(super) fn meets(study: &Study, points: &PointTable, levels: &[Level]) -> Res
     Ok(met == plan.constraints.len() && plan.values(levels).1.is_none())
 }
 
-/// How many of these constraints hold in a row, up to the first that does not.
+/// Counts how many of these constraints hold in a row, up to the first that does not.
 fn met(study: &Study, (levels, points): (&[Level], &PointTable), among: &[usize]) -> Result<usize, String> {
     let (values, fault) = study.plan.values(levels);
-    // A derived factor without a value is no row.
+    // A derived factor without a value is not a row.
     if fault.is_some() {
         return Ok(0);
     }
@@ -125,8 +125,8 @@ impl DesignPlan {
         order
     }
 
-    /// The drawn factors that a constraint looks at; all of them where it asks for geometry. A row is none without the values of
-    /// all derived factors, so what these look at counts too.
+    /// Drawn factors that a constraint uses; all of them if it uses geometry. A row needs the values of all derived factors, so their
+    /// inputs count too.
     fn looked_at(&self, constraint: usize) -> Vec<usize> {
         let expression = &self.constraints[constraint].expression;
         if expression.calls_scope() {
@@ -158,7 +158,7 @@ impl DesignPlan {
     }
 }
 
-/// What an expression sees of a row.
+/// Values of a row for an expression.
 struct RowScope<'a> {
     study: &'a Study,
     values: &'a [Value],

@@ -1,4 +1,4 @@
-//! Which interface points the rows of a study can use.
+//! Interface points that the rows of a study can use.
 
 use super::document::error::Problem;
 use super::document::path;
@@ -7,7 +7,7 @@ use super::resolve::placement::PointTable;
 use super::resolve::scene::DEFAULT_MACHINE;
 use decore_quantity::words::nearest;
 
-/// The interface points that some row of a study can use: what the reduced machine must keep.
+/// Interface points that some row of a study can use. The reduced machine must keep them.
 #[derive(Debug, Clone, Default, PartialEq, Eq)]
 pub struct InterfaceDemand {
     /// Candidate mounts, all points of the rails used included; each once, in the order of first use.

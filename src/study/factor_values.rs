@@ -1,4 +1,4 @@
-//! Factors whose values are given from outside, not by a row of the design.
+//! Values of factors from outside, not from a row of the design.
 
 use super::checked::CheckedStudy;
 use super::document::error::{FileLocation, Problem, StudyError};

@@ -1,4 +1,4 @@
-//! The study file as typed: keys and types of the TOML, defaults not yet filled in. The schema derives from it.
+//! The study file: keys and types of the TOML, without defaults. The schema derives from it.
 
 use indexmap::IndexMap;
 use schemars::JsonSchema;
@@ -24,15 +24,14 @@ pub struct StudyFile {
     /// The machine.
     #[serde(default)]
     pub structure: StructureEntry,
-    /// Further machines by name, described as `structure` is, without rails. Each must have the interface points that the
-    /// study uses, at the same places.
+    /// Further machines by name, with the keys of `structure` except rails. Each must have the interface points of the study, at the same
+    /// places.
     #[serde(default, skip_serializing_if = "IndexMap::is_empty")]
     pub structures: IndexMap<String, StructureEntry>,
-    /// Which of `structures` the hammers stand on; can be driven by a factor. Default and `structure`: the machine of that
-    /// table.
+    /// Machine of `structures` that carries the hammers; a factor can drive it. Default `structure`: the machine of that table.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub machine: Option<String>,
-    /// Whether hammers, castings and fixtures must stand where the machine's interface points are. Default `checked`.
+    /// Whether hammers, castings and fixtures must be at the machine's interface points. Default `checked`.
     #[serde(default, skip_serializing_if = "is_checked")]
     pub geometry: Geometry,
     /// Hammers by name; their order is the order of the columns.
@@ -51,7 +50,7 @@ pub struct StudyFile {
     /// The design of the runs; without it the study has one row.
     #[serde(default)]
     pub design: DesignEntry,
-    /// The question that the study is to answer, see `decore best`. It changes no row.
+    /// Goal of the study, see `decore best`. It changes no row.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub goal: Option<GoalEntry>,
 }
@@ -65,14 +64,14 @@ impl StudyFile {
     }
 }
 
-/// What is wanted of the rows: one of `maximise` and `minimise`.
+/// Goal of the rows: one of `maximise` and `minimise`.
 #[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct GoalEntry {
-    /// Expression over columns of the table of runs that is to be large, e.g. `"delivered_work_j"`.
+    /// Expression over columns of the table of runs to maximise, e.g. `"delivered_work_j"`.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub maximise: Option<String>,
-    /// Expression over columns of the table of runs that is to be small.
+    /// Expression over columns of the table of runs to minimise.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub minimise: Option<String>,
     /// Comparisons of columns that must hold, e.g. `"max_casting_point_velocity_m_s <= 4.5"`.
@@ -83,27 +82,27 @@ pub struct GoalEntry {
     pub confidence: Option<f64>,
 }
 
-/// Who chooses a factor's value.
+/// Role of a factor.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum FactorRole {
-    /// You do: `decore best` looks for its best value.
+    /// You choose its value: `decore best` looks for the best one.
     #[default]
     Decision,
-    /// Nobody does: limits must hold over its distribution, and the goal is an average over it.
+    /// Nobody can choose its value: limits must hold over its distribution, and the goal is an average over it.
     Uncertain,
 }
 
-/// What is made of positions that contradict the coordinates of interface points.
+/// Treatment of positions that contradict the coordinates of interface points.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum Geometry {
-    /// They are faults: strikes are vertical, so a strike point lies under its hammer's mount and a fixture over its interface
-    /// point, and two housings cannot stand in one place.
+    /// Contradictions are errors. Strikes are vertical: a strike point must be under its hammer's mount, and a fixture above its interface
+    /// point. Two housings cannot be in one place.
     #[default]
     Checked,
-    /// They are taken as they are given: a bracket holds the hammer beside its mount, or the coordinates are not those of the
-    /// machine. The model knows forces along the strike only; moments of such offsets are not part of it.
+    /// Positions are used as given, for example if a bracket holds the hammer next to its mount, or if the coordinates are not the
+    /// machine's. The model has forces only along the strike; it ignores the moments of such offsets.
     AsGiven,
 }
 
@@ -163,14 +162,14 @@ macro_rules! design_entries {
         }
 
         impl DesignEntry {
-            /// How the whole design's rows are chosen, as a part without factors of its own.
+            /// Choice of the whole design's rows, as a part without factors of its own.
             pub fn as_part(&self) -> PartEntry {
                 PartEntry { kind: self.kind, $($name: self.$name.clone(),)* factors: None }
             }
         }
 
         impl PartEntry {
-            /// What is given of its kind.
+            /// Given options of its kind.
             pub(super) fn options(&self) -> DesignOptions {
                 DesignOptions { $($name: self.$name.clone(),)* }
             }
@@ -186,11 +185,11 @@ design_keys!(design_entries);
 pub struct CorrelationEntry {
     /// Names of the factors; all others are uncorrelated.
     pub factors: Vec<String>,
-    /// Matrix, a row per factor named.
+    /// Matrix with one row per factor of `factors`.
     pub matrix: Vec<Vec<f64>>,
 }
 
-/// One factor: what it drives and what it varies over, either `range` or `values`.
+/// One factor: its targets and its domain, either `range` or `values`.
 #[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct FactorEntry {
@@ -200,8 +199,8 @@ pub struct FactorEntry {
     /// Paths of several parameters that it drives with the same value.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub paths: Option<Vec<String>>,
-    /// Lower and upper end. A factor of a table that says nothing of what it varies over takes it from the file: the ends of its
-    /// column, or its texts as values.
+    /// Lower and upper end. If you give no domain for a factor of a table, it comes from the file: the ends of its column, or its texts as
+    /// values.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub range: Option<[f64; 2]>,
     /// Spacing within the range. Default `linear`.

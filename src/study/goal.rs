@@ -1,4 +1,4 @@
-//! The question of a study: what is wanted of its rows, and which limits must hold.
+//! Goal of a study, and its limits.
 
 use super::document::error::{Problem, StudyError};
 use super::document::path;
@@ -11,10 +11,10 @@ use decore_quantity::words::nearest;
 /// Share of the uncertain factors under which limits must hold by default.
 const CONFIDENCE: f64 = 0.95;
 
-/// What is wanted of the rows.
+/// Goal of the study.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Goal {
-    /// Whether the value is to be large; small otherwise.
+    /// Whether to maximise the value; otherwise to minimise it.
     pub maximise: bool,
     /// The value, as written.
     pub text: String,
@@ -103,7 +103,7 @@ impl GoalReader<'_> {
         &mut self.problems[last]
     }
 
-    /// Which end is wanted, of what, as written and as read.
+    /// Objective: direction, text and expression.
     fn value(&mut self, entry: &GoalEntry) -> Option<(bool, String, Expression)> {
         let (maximise, text) = match (&entry.maximise, &entry.minimise) {
             (Some(text), None) => (true, text),

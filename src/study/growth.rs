@@ -1,12 +1,12 @@
-//! What a study is but for its number of rows, or the budgets of a row: by it a sweep that was finished goes on when rows are
-//! added, or rows are run again.
+//! A study without its number of rows, or without the budgets of a row. A finished sweep continues with this study if rows are added, or
+//! run again.
 
 use super::document::path;
 use super::file::{DesignEntry, PartEntry, StudyFile};
 use super::hash::hash;
 use super::loaded::Study;
 
-/// Keys of a design and its parts that only say how many rows there are.
+/// Keys of a design and its parts that only set the number of rows.
 const ROW_KEYS: [&str; 4] = ["rows", "grown_from", "trajectories", "base_points"];
 /// See [`super::CheckedStudy::frame_hash`].
 pub(super) fn frame_hash(study: &Study) -> String {
@@ -68,7 +68,7 @@ fn counts_rows(at: &[String]) -> bool {
     ROW_KEYS.contains(&key.as_str())
 }
 
-/// Keys of a study that only say when a row is given up.
+/// Keys of a study that only set the budgets of a row.
 const BUDGET_KEYS: [[&str; 2]; 2] = [["solver", "max_steps"], ["solver", "max_wall_time_s"]];
 
 /// See [`super::CheckedStudy::budget_free_hash`].

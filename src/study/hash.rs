@@ -1,4 +1,4 @@
-//! What identifies a study.
+//! Hash that identifies a study.
 
 use super::document::overrides::Override;
 use super::document::path;

@@ -1,15 +1,14 @@
-//! Studies: the TOML file as typed, and what it means: a machine, a scene per row, and the design of the rows.
+//! Studies: the TOML file, and its meaning: a machine, a scene per row, and the design of the rows.
 //!
-//! [`Study::load`] reads the file and everything it names (hammer files) once; [`CheckedStudy::new`] holds it to the interface
-//! points of the machine and lets its constraints choose the rows; [`CheckedStudy::scene`] is a pure function of the row that
-//! touches no file.
+//! [`Study::load`] reads the file and all files that it names (hammer files) once. [`CheckedStudy::new`] checks it against the interface
+//! points of the machine and selects rows by its constraints. [`CheckedStudy::scene`] is a pure function of the row that reads no file.
 //!
-//! A row's values are put at their paths into the tree of the file's values, which is then read like any file: whatever
-//! the file can say, a factor or a `--set` can vary.
+//! A row's values are set at their paths in the tree of the file's values, which is then read like any file. So a factor or `--set` can
+//! vary everything that a file can contain.
 //!
-//! Three rooms, each of which imports those before it only: `document` (a text with the places of its keys, paths into it, values
-//! set over it), `plan` (what each factor is and drives, the design), `resolve` (from values to a scene). What is typed is in
-//! `file`; [`Study`] and [`CheckedStudy`] put them together.
+//! Three modules, each of which imports only those before it: `document` (a text with the places of its keys, paths into it, overrides),
+//! `plan` (factors with their targets, the design), `resolve` (from values to a scene). `file` has the types of the file; [`Study`] and
+//! [`CheckedStudy`] combine them.
 
 mod checked;
 mod constraints;

@@ -1,4 +1,4 @@
-//! A study as loaded: read, with all that it names, but not yet held to a machine.
+//! A loaded study with all its files, not yet checked against a machine.
 
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
@@ -30,9 +30,9 @@ use decore_statistics::design::Kind;
 /// A text that some row has at a path.
 pub(super) struct Candidate {
     pub value: String,
-    /// Where the study says so.
+    /// Place in the study.
     pub place: FileLocation,
-    /// Path of the key that says so.
+    /// Path of its key.
     pub at: Vec<String>,
 }
 
@@ -96,8 +96,8 @@ impl Study {
 
     /// The study with further values set, each `path=value`, over the file's and the factors' values.
     ///
-    /// A value is read as TOML (`4.5`, `[0.0, 0.1]`, `"R3"`); where a text is expected it needs no quotes. Any path of the
-    /// file can be set, those of the structure and the design included.
+    /// A value is read as TOML (`4.5`, `[0.0, 0.1]`, `"R3"`); texts need no quotes. Any path of the file can be set, including the
+    /// structure and the design.
     ///
     /// # Errors
     /// [`StudyError::Invalid`] for unknown paths and values that do not fit.
@@ -259,7 +259,7 @@ impl Study {
         one.value.clone().try_into().ok()
     }
 
-    /// What is wanted of the rows; `None`: the study has no `[goal]`.
+    /// Goal of the study; `None` if it has no `[goal]`.
     pub fn goal(&self) -> Option<&Goal> {
         self.goal.as_ref()
     }

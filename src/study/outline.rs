@@ -1,5 +1,4 @@
-//! What the text of a study alone says of its design and its hammers: for those who have its rows, but not the files of its
-//! machine.
+//! Design and hammers of a study from its text alone, for readers of its rows who do not have the files of its machine.
 
 use std::collections::BTreeMap;
 
@@ -17,13 +16,13 @@ use decore_statistics::design::Kind;
 /// The design of a study as its text describes it.
 #[derive(Debug, Clone, PartialEq)]
 pub struct DesignOutline {
-    /// How the rows are chosen; `None` where rows of a file or parts belong to it.
+    /// Kind of design; `None` if it uses rows of a file or parts.
     pub design: Option<Kind>,
     /// The factors, in the study's order.
     pub factors: Vec<FactorOutline>,
     /// The constraints, as written.
     pub constraints: Vec<String>,
-    /// Factors with rank correlations; empty where there are none.
+    /// Factors with rank correlations; empty if there are none.
     pub correlated: Vec<String>,
     /// The casting that each hammer strikes, by the hammer's name; without those that strike the only one.
     pub strikes: BTreeMap<String, String>,
@@ -42,7 +41,7 @@ pub struct FactorOutline {
     pub drives: Vec<Vec<String>>,
     /// The values that it chooses from; empty for a range.
     pub values: Vec<Value>,
-    /// The ends that the study gives it; `None` where it gives none.
+    /// The ends that the study gives it; `None` if it gives none.
     pub range: Option<[f64; 2]>,
     /// Whether it is spaced by its logarithm.
     pub logarithmic: bool,
@@ -52,7 +51,7 @@ impl DesignOutline {
     /// Reads the design of a study from its text and the settings `path=value` over it. `name`: the file's name in messages.
     ///
     /// # Errors
-    /// [`StudyError::Invalid`] for a text that is no study.
+    /// [`StudyError::Invalid`] for a text that is not a study.
     pub fn read(text: &str, overrides: &[String], name: &str) -> Result<Self, StudyError> {
         let document = Document::parse(name, text).map_err(|problems| StudyError::Invalid { problems })?;
         let shape = Shape::from_schema(&study_schema());

@@ -1,4 +1,4 @@
-//! The commented study that `init` writes: what is written by hand, completed from the declarations of parameters.
+//! Commented study of `init`: handwritten text, completed from the declarations of parameters.
 
 use serde::Serialize;
 use serde::ser::Error as _;
@@ -42,7 +42,7 @@ pub fn template() -> Result<String, Error> {
     Ok(text.replace("#! kind\n", &kind).replace("#! design\n", &keys))
 }
 
-/// The keys of a contact, commented out, with the values of the one that strikes the casting; what follows from others there has none.
+/// Keys of a contact, commented out, with the values of the contact that strikes the casting; derived ones have no value.
 fn contact() -> Result<String, Error> {
     let laws: Vec<&str> = ContactLawName::ALL.iter().map(|law| law.name()).collect();
     let mut values = Table::try_from(HammerParameters::default().chisel.casting_contact)?;

@@ -1,7 +1,7 @@
 # %% [markdown]
-# # A signal beside a measurement
+# # Compare a signal with a measurement
 #
-# The measurement is made up here: the casting's velocity of another fixture stiffness, with noise and its clock 12 ms late.
+# The measurement is made up: the casting's velocity with another fixture stiffness, with noise and a clock that is 12 ms late.
 
 # %%
 import matplotlib.pyplot as plt
@@ -23,7 +23,7 @@ measured = pd.DataFrame({"time_s": record["time_s"] + 0.012, "vibrometer": 1e3 *
 measured.to_csv("out/rig.csv", index=False)
 
 # %% [markdown]
-# Row 3 of the design is another place: the comparison shows it.
+# Row 3 of the design is another position. You see this in the comparison.
 
 # %%
 result = study.write_scene(

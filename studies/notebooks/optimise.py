@@ -1,7 +1,7 @@
 # %% [markdown]
 # # Optimise with Optuna and SciPy
 #
-# A study's function can be pickled, so optimisers use several processes. `study.best()` also proves its answer by runs.
+# A study's function can be pickled, so optimisers use several processes. `study.best()` also confirms its answer with runs.
 
 # %%
 import concurrent.futures
@@ -23,13 +23,13 @@ FIXED = {"standoff": 0.08, "fixture_stiffness": 3e7}
 
 
 def load(log: Path) -> optuna.Study:
-    """The search that all processes share, in a file."""
+    """Open the search that all processes share, in a file."""
     storage = optuna.storages.JournalStorage(JournalFileBackend(str(log)))
     return optuna.create_study(study_name="work", storage=storage, direction="maximize", load_if_exists=True)
 
 
 def search(work: decore.Function, log: Path, seed: int) -> int:
-    """One process's trials."""
+    """Run the trials of one process."""
     optuna.logging.set_verbosity(optuna.logging.WARNING)
     bounds = dict(zip(work.factors, work.bounds))
 
@@ -73,7 +73,7 @@ def main() -> None:
 
 
 def negative(x: np.ndarray[tuple[int], np.dtype[np.float64]], /, *given: decore.Function) -> float:
-    """The work with its sign turned, as SciPy minimises."""
+    """Return the negative work, because SciPy minimises."""
     return -float(given[0](x))
 
 

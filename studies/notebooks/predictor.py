@@ -1,8 +1,8 @@
 # %% [markdown]
 # # A predictor with grouped validation
 #
-# `export` writes a flat table with groups of rows that belong together. A fold of a validation has whole groups: rows
-# taken at random would be tested on near relations of themselves.
+# `export` writes a flat table with groups of dependent rows. Use whole groups in each fold of the validation. Otherwise
+# the model is tested on rows that depend on its training rows.
 
 # %%
 import matplotlib.pyplot as plt
@@ -33,7 +33,7 @@ at_random = cross_val_predict(model, inputs, target, cv=KFold(5, shuffle=True, r
 print(f"R2 by group {r2_score(target, by_group):.3f}, at random {r2_score(target, at_random):.3f}")
 
 # %% [markdown]
-# The same over `to_pandas()`, and decore's own models beside it.
+# The same with `to_pandas()`, compared with decore's own models.
 
 # %%
 runs = dataset.runs.to_pandas()

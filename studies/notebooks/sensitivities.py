@@ -1,7 +1,7 @@
 # %% [markdown]
-# # Sensitivities beside SALib
+# # Compare sensitivities with SALib
 #
-# decore and SALib compute Sobol' indices of the same rows: a Saltelli design that decore runs.
+# decore and SALib compute Sobol' indices from the same rows: a Saltelli design that decore runs.
 
 # %%
 import matplotlib.pyplot as plt

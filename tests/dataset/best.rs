@@ -262,10 +262,7 @@ fn page(study: &Study) -> (Value, String) {
 fn a_limit_on_a_value_that_no_row_has_is_an_error() {
     let study = Study::new(&format!("{ENERGY}\nlimits = [\"left_arm_rms_steady_m_s <= 1\"]"), FACTORS);
     let error = errors(&expect_code(study.best(&["--rows", "0"]), 2));
-    assert!(
-        error.contains("`left_arm_rms_steady_m_s` says nothing of rows not run: none of 16 rows has it"),
-        "{error}"
-    );
+    assert!(error.contains("`left_arm_rms_steady_m_s` cannot be predicted: none of 16 rows has it"), "{error}");
 }
 
 #[test]

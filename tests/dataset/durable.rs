@@ -181,7 +181,7 @@ fn a_manifest_damaged_before_the_first_part_costs_no_row() {
     child.wait().expect("ended");
     fs::write(folder.join("manifest.json"), "x\n").expect("written");
     let text = errors(&expect_code(sweep(&folder, 60, 0.0), 0));
-    assert!(text.contains("made anew from the journal") && text.contains("continuing: "), "{text}");
+    assert!(text.contains("rebuilt from the journal") && text.contains("continuing: "), "{text}");
     assert_same(&whole, &folder);
 }
 

@@ -86,6 +86,9 @@ fn nothing_is_said_to_be_kept_in_a_folder_that_is_being_removed() {
     fs::remove_file(folder.join(".lock")).expect("the lock");
     let ended = child.wait_with_output().expect("ended");
     let text = String::from_utf8_lossy(&ended.stderr);
-    assert!(ended.status.code() == Some(3) && text.contains("is not the folder any more"), "{text}");
+    assert!(
+        ended.status.code() == Some(3) && text.contains("was removed, moved or replaced during the sweep"),
+        "{text}"
+    );
     assert!(!text.contains("is kept in"), "{text}");
 }

@@ -74,7 +74,7 @@ fn lost_timings_cost_no_row() {
         assert_eq!(found.faults.len(), 1, "{:?}", found.faults);
         let resumed = resume(&folder).expect("resumed");
         assert_eq!((resumed.again, resumed.damaged.len()), (0, 0), "{:?}", resumed.damaged);
-        assert!(resumed.notes[0].contains("timings.json is lost or damaged"), "{:?}", resumed.notes);
+        assert!(resumed.notes[0].contains("timings.json was lost or damaged"), "{:?}", resumed.notes);
         assert_eq!(contract(&folder), whole);
         // The parts still have them.
         assert_eq!(wall_times(&folder), times);
@@ -118,10 +118,10 @@ fn a_lost_manifest_is_made_anew_from_the_parts() {
         assert!(edited != text);
         fs::write(&path, &edited).expect("written");
         let error = DatasetReader::open(&folder).expect_err("refused").to_string();
-        assert!(error.contains("manifest.json") && error.contains("makes it anew from the parts"), "{error}");
+        assert!(error.contains("manifest.json") && error.contains("rebuild it from the parts"), "{error}");
         let resumed = resume(&folder).expect("resumed");
         assert_eq!((resumed.again, resumed.damaged.len()), (0, 0), "{:?}", resumed.damaged);
-        assert!(resumed.notes[0].contains("manifest.json is lost or damaged"), "{:?}", resumed.notes);
+        assert!(resumed.notes[0].contains("manifest.json was lost or damaged"), "{:?}", resumed.notes);
         assert_eq!(contract(&folder), whole);
     }
     // Both manifests gone, one part damaged: only its rows are computed again, and the part stays for whoever wants it.
@@ -184,7 +184,7 @@ fn a_journal_alone_goes_on() {
         assert_eq!(files(&folder), before);
         let resumed = resume(&folder).expect("resumed");
         assert_eq!((resumed.again, resumed.damaged.len()), (ROWS - 20, 0), "{:?}", resumed.notes);
-        assert!(resumed.notes[0].contains("made anew from the journal, which holds 20 rows"), "{:?}", resumed.notes);
+        assert!(resumed.notes[0].contains("rebuilt from the journal with 20 rows"), "{:?}", resumed.notes);
         assert_eq!(contract(&folder), contract(&whole));
         restore(&folder, &begun);
     }
@@ -238,7 +238,7 @@ fn rows_behind_a_damaged_one_are_found_in_the_journal() {
         let left = writer.rows_left();
         let lost = left.iter().filter(|span| span.first < 60).map(|span| span.end.min(60) - span.first);
         assert_eq!(lost.sum::<u64>(), most, "byte {at}");
-        assert!(writer.notes().iter().any(|note| note.contains("no whole rows")), "{:?}", writer.notes());
+        assert!(writer.notes().iter().any(|note| note.contains("not complete rows")), "{:?}", writer.notes());
     }
 }
 

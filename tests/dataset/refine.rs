@@ -383,7 +383,7 @@ fn what_cannot_be_refined_is_refused() {
     for (arguments, expected) in [
         (["--maximise", "delivered_wrk_j"], "did you mean `delivered_work_j`?"),
         (["--minimise", "status"], "holds text, expected numbers"),
-        (["--learn", "left_arm_rms_steady_m_s"], "says nothing of rows not run"),
+        (["--learn", "left_arm_rms_steady_m_s"], "cannot be predicted"),
     ] {
         let text = errors(&expect_code(study.refine(&[&arguments[..], &["--most-rows", "20"]].concat()), 2));
         assert!(text.contains(expected), "{text}");

@@ -146,7 +146,7 @@ fn chosen_rows_are_run_again_and_nothing_else() {
     let beyond = errors(&expect_code(sweep(&folder, few, &["--rows", "3,500-600"]), BAD_INPUT));
     assert!(beyond.contains("names row 600") && beyond.contains("0 to 71"), "{beyond}");
     let none = errors(&expect_code(sweep(&scratch.path().join("none"), few, &["--only-failed"]), BAD_INPUT));
-    assert!(none.contains("holds no dataset"), "{none}");
+    assert!(none.contains("is not a dataset"), "{none}");
 }
 
 /// Rows recorded before the end count, whatever they belong to.

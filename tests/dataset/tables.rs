@@ -263,7 +263,7 @@ fn records_that_do_not_fit_are_refused() {
 
     writer.write(&good()).expect("taken");
     let text = refusal(&mut writer, good());
-    assert!(text.contains("row 5 cannot be taken") && text.contains("from 0"), "{text}");
+    assert!(text.contains("row 5 is unexpected") && text.contains("from 0"), "{text}");
     assert!(refusal(&mut writer, record(150, outcome(150))).contains("not including, 150"));
     assert_eq!(writer.finish().expect("finished").rows_done, 1);
 }
@@ -510,5 +510,5 @@ fn shards_that_make_no_whole_are_refused() {
     let info = DatasetInfo { study_hash: "1".to_owned(), seed: 3, ..info() };
     DatasetWriter::open(&other, &info, range, Existing::Refuse).expect("created").finish().expect("finished");
     let text = refusal(&[first, other, third]);
-    assert!(text.contains("not of one study") && text.contains("seed"), "{text}");
+    assert!(text.contains("shards of different studies") && text.contains("seed"), "{text}");
 }

@@ -167,9 +167,9 @@ def check_functions():
         check(words in str(said) and said.problems, f"{factors}, {fixed}: {said}")
     grid = decore.Study(GRID, SHORT)
     for words, call in [
-        ("stands twice", lambda: study.function("delivered_work_j", factors=["position"] * 2)),
+        ("is in `factors` twice", lambda: study.function("delivered_work_j", factors=["position"] * 2)),
         ("in `factors` and in `fixed`", lambda: study.function("delivered_work_j", factors=["position"], fixed={"position": 0.0})),
-        ("asked for twice", lambda: study.function(["delivered_work_j"] * 2)),
+        ("is given twice", lambda: study.function(["delivered_work_j"] * 2)),
         ("takes texts (R3 | R5)", lambda: grid.function("delivered_work_j")),
     ]:
         said = str(raised(ValueError, call))

@@ -90,7 +90,7 @@ fn faults_of_user_elements_name_their_line() {
     fails(
         ",  2.5000000000000E+03\n*MATRIX",
         "\n*MATRIX",
-        "K, line 6: expected 10 values of the lower triangle for 4 rows of 2 nodes, found 9: is the file cut short",
+        "K, line 6: expected 10 values of the lower triangle for 4 rows of 2 nodes, found 9: is the file truncated",
     );
     fails("3.0000000000000E+03", "3.0x", "K, line 7: expected a finite number, found \"3.0x\"");
     fails("TYPE=STIFFNESS", "TYPE=STIFFNESS, INPUT=k.txt", "K, line 6: the values are in another file");
@@ -107,20 +107,20 @@ fn damaged_archives_are_told() {
     case.files.mass.path = data("tiny_M_csc.npz");
     let packed = fs::read(data("tiny_K_csr.npz")).expect("shipped");
     case.write("K", &packed[..packed.len() - 30]);
-    case.fails("K: the file is cut short or no archive: expected a file of scipy.sparse.save_npz");
+    case.fails("K: the file is truncated or no archive: expected a file of scipy.sparse.save_npz");
     case.write("K", tiny());
-    case.fails("K: the file is cut short or no archive");
+    case.fails("K: the file is truncated or no archive");
     let plain = fs::read(data("tiny_M_csc.npz")).expect("shipped");
     let at = plain.windows(3).rposition(|window| window == b"csc").expect("its format");
     let mut flipped = plain.clone();
     flipped[at] = b'b';
     case.write("K", flipped);
-    case.fails("K: array \"format\": the file is cut short or damaged");
+    case.fails("K: array \"format\": the file is truncated or damaged");
     // A flipped bit of the values is told by their sum.
     for at in (0..plain.len() - 6).filter(|at| plain[*at..].starts_with(b"\x93NUMPY")) {
         let mut flipped = plain.clone();
         flipped[at + 100] ^= 1;
         case.write("K", flipped);
-        case.fails("the file is cut short or damaged");
+        case.fails("the file is truncated or damaged");
     }
 }

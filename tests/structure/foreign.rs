@@ -378,7 +378,7 @@ fn a_rotation_node_of_another_body_is_told() {
     assert!(right.is_empty(), "{right:?}");
     says(
         &two_bodies(&points(4, 2)),
-        "point A: rotation_node 4 is joined to other rows than node 1 (0 in common): is it that of another",
+        "point A: rotation_node 4 is joined to other rows than node 1 (0 in common): does it belong to another",
     );
     says(&two_bodies(&points(2, 2)), "point B: rotation_node 2 is joined to other rows than node 3");
 }

@@ -334,7 +334,7 @@ fn wrong_and_cut_files_are_named_with_line_and_reason() {
     };
     let text = |name: &str| fs::read_to_string(data("formats").join(name)).expect("there");
     let sti = text("tiny_ccxstyle.sti");
-    fails(MatrixFormat::Calculix, &sti.as_bytes()[..sti.len() / 2], "cut short");
+    fails(MatrixFormat::Calculix, &sti.as_bytes()[..sti.len() / 2], "truncated");
     fails(
         MatrixFormat::Calculix,
         b"1 1 2.0\n1 9 1.0\n",
@@ -362,7 +362,7 @@ fn wrong_and_cut_files_are_named_with_line_and_reason() {
         "line 2: expected a finite number",
     );
     let cut: String = punch.lines().take(2).map(|line| format!("{line}\n")).collect();
-    fails(MatrixFormat::Dmig, cut.as_bytes(), "line 2: a column without entries (is the file cut short?)");
+    fails(MatrixFormat::Dmig, cut.as_bytes(), "line 2: a column without entries (is the file truncated?)");
     let twice = punch.lines().count() + 1;
     fails(
         MatrixFormat::Dmig,
@@ -372,7 +372,7 @@ fn wrong_and_cut_files_are_named_with_line_and_reason() {
     fails(MatrixFormat::Dmig, b"GRID,1\n", "no DMIG matrix KAAX; found: none");
 
     let op4 = text("tiny_ascii_d.op4");
-    fails(MatrixFormat::Op4, &op4.as_bytes()[..200], "cut short");
+    fails(MatrixFormat::Op4, &op4.as_bytes()[..200], "truncated");
     fails(
         MatrixFormat::Op4,
         op4.replace("KAAX", "KXXX").as_bytes(),
@@ -389,14 +389,14 @@ fn wrong_and_cut_files_are_named_with_line_and_reason() {
         "line 1: KAAX has 3 rows and 4 columns: expected a square matrix",
     );
     let binary = fs::read(data("formats/tiny_binary_handmade.op4")).expect("there");
-    fails(MatrixFormat::Op4, &binary[..100], "the file is cut short");
-    fails(MatrixFormat::Op4, &binary[..binary.len() - 20], "cut short");
+    fails(MatrixFormat::Op4, &binary[..100], "the file is truncated");
+    fails(MatrixFormat::Op4, &binary[..binary.len() - 20], "truncated");
     let mut wrong = binary.clone();
     wrong[32] = 1;
     fails(MatrixFormat::Op4, &wrong, "two length marks differ");
 
     let hb = text("tiny_hbstyle_K.matrix");
-    fails(MatrixFormat::HarwellBoeing, &hb.as_bytes()[..hb.len() - 60], "cut short: value");
+    fails(MatrixFormat::HarwellBoeing, &hb.as_bytes()[..hb.len() - 60], "truncated: value");
     fails(MatrixFormat::HarwellBoeing, hb.replace("RSA", "PSA").as_bytes(), "line 3: expected type RSA or RUA");
     fails(MatrixFormat::HarwellBoeing, hb.replace("(1D25.15)", "").as_bytes(), "line 4: expected three formats");
     fails(MatrixFormat::HarwellBoeing, format!("{hb}1.0\n").as_bytes(), "more than the 6 values");
@@ -524,7 +524,7 @@ fn points_need_a_place_that_the_matrices_have() {
     fails(&format!("{HEAD},node\nA,m,0,0,0,99\n"), Some(tiny(".dofmap")), "no row of the matrices belongs to node 99");
     fails(&format!("{HEAD},first_row_0based,dofs\nA,m,0,0,0,2,3\n"), None, "rows 2 to 4 exceed the matrices' 4");
     fails(&format!("{HEAD},first_row_0based,dofs\nA,m,0,0,0,0,4\n"), None, "line 2: dofs: expected 3 or 6");
-    fails(&format!("{HEAD},first_row_0based,node\nA,m,0,0,0,0,4\n"), None, "both say where a point is");
+    fails(&format!("{HEAD},first_row_0based,node\nA,m,0,0,0,0,4\n"), None, "both give the rows of a point");
     fails(&format!("{HEAD},node,dofs\nA,m,0,0,0,0,3\n"), None, "\"dofs\" goes with \"first_row_0based\"");
     let short = folder.path().join("short.dof");
     fs::write(&short, "1.1\n1.2\n").expect("written");

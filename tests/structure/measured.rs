@@ -259,6 +259,6 @@ fn normal_modes_of_a_universal_file_are_a_modal_table() {
         ),
         "a complex mode",
     );
-    fails(text[..text.len() - 200].to_owned(), "the file is cut short");
+    fails(text[..text.len() - 200].to_owned(), "the file is truncated");
     fails(text.replace("    55", "    58"), "no normal modes found");
 }

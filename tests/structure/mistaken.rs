@@ -57,7 +57,7 @@ fn a_punch_file_cut_between_columns_is_told() {
     assert!(report(&case.read().expect("whole")).remarks.is_empty());
     case.write("K", cut(&upper, 3));
     case.fails(
-        "K: the file is cut short: its header states 8 columns, 5 are there, and from node 6 direction 3 on 3 with mass have no stiffness",
+        "K: the file is truncated: its header states 8 columns but it has 5, and from node 6 direction 3 on 3 with mass have no stiffness",
     );
     case.write("K", cut(&lower, 3));
     case.fails(
@@ -244,7 +244,7 @@ fn labels_that_calculix_repeats_are_those_of_inner_rows() {
 
     case.write("points.csv", format!("{HEAD}node\nA,mount,0,0,0,1\n"));
     case.fails(
-        "rows.dof: rows 1 and 3 (counted from 1) both are node 1 z, where point A stands: which of them is meant",
+        "rows.dof: rows 1 and 3 (counted from 1) both are node 1 z, the place of point A, so the point is ambiguous",
     );
     case.write("points.csv", format!("{HEAD}node,rotation_node\nA,mount,0,0,0,9001,2\n"));
     case.fails("rows.dof: rows 5 and 6 (counted from 1) both are node 2 z");

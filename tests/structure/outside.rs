@@ -114,7 +114,7 @@ fn rows_of_a_point_are_those_of_its_node() {
     case.write("points.csv", points("first_row_0based\nA,mount,0,0,0,6"));
     assert_eq!(rows(&case), [Some(6), Some(7), Some(8), Some(9), Some(10), Some(11)]);
     case.write("K", diagonal(10));
-    case.fails("10 rows are no whole number of nodes with dofs_per_node = 6");
+    case.fails("10 rows are not a whole number of nodes with dofs_per_node = 6");
     case.files.dofs_per_node = None;
     case.write("points.csv", points("first_row_0based,dofs\nA,mount,0,0,0,0,6\nB,mount,0,0,0,3,3"));
     case.fails("row 3 (counted from 0) is direction rx of point A and x of point B");
@@ -207,7 +207,7 @@ fn an_error_lists_what_an_output4_file_holds() {
     case.fails("the matrix is not symmetric: entry (1, 2) is -1e0, entry (2, 1) is 0e0");
     for integers in [24_u32, 48] {
         case.write("K", [integers.to_le_bytes().as_slice(), &[0; 20]].concat());
-        case.fails("record 1: the file is cut short");
+        case.fails("record 1: the file is truncated");
     }
 }
 
@@ -386,7 +386,7 @@ fn a_superelement_stands_on_its_own_table_of_rows() {
     let assembly =
         "SECONCT       75       0\n               3       3      11      11\nGRID           3\nGRID          11\n";
     case.files.dofs = Some(case.write("se.asm", assembly));
-    case.fails("13 rows, but the list of rows has 12; SECONCT does not tell which directions are retained");
+    case.fails("13 rows, but the list of rows has 12; SECONCT does not contain the retained directions");
     case.files.dofs = Some(
         case.write("se.asm", assembly.replace("11      11\n", "11      11 2995001 2995001\n") + "SPOINT   2995001\n"),
     );
@@ -455,7 +455,7 @@ fn a_report_weighs_the_machine_and_says_what_looks_wrong() {
         "{found:?}"
     );
     says([2.5e28, 2.5e28], "a mass of 2.000e30 kg (along x): machines have 1 to 1e6 kg");
-    says([1e-3, 1e-3], "is `units` that of the matrices (mm, t, s are \"mm_t_s\")");
+    says([1e-3, 1e-3], "does `units` match the matrices (mm, t, s are \"mm_t_s\")");
     let refused = |case: &Case| assessed(&case.read().expect("valid")).expect_err("exchanged");
     let found = refused(&masses(&PLACES, [1e-9, 1.0]));
     assert!(found.starts_with("stiffness and mass look exchanged"), "{found}");

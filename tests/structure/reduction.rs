@@ -525,7 +525,7 @@ fn files_are_read_and_their_faults_named() {
     assert_eq!((model.order(), model.points().iter().count()), (6, 1));
     let cut = write("K.mtx", &format!("{HEAD}{}", entries.split_at(12).0));
     let error = read(&mass, &cut).expect_err("cut").to_string();
-    assert!(error.contains("K.mtx, line 5: the file is cut short: entry 3 of 6 expected"), "{error}");
+    assert!(error.contains("K.mtx, line 5: the file is truncated: entry 3 of 6 expected"), "{error}");
     let missing = read(&folder.path().join("none.mtx"), &mass);
     assert!(matches!(missing, Err(StructureError::Read { .. })), "{missing:?}");
     let binary = folder.path().join("binary.mtx");

@@ -43,10 +43,10 @@ function answerTable(answer) {
   const all = (settings) => settings.map((one) => `${words(one.factor)} ${typeof one.value === 'number' ? withUnit(brief(one.value), one.unit) : one.value}`).join(', ');
   const lines = [
     ...answer.alternatives.map((one, k) => [`Alternative ${k + 1}`, `${all(one.settings)}: ${[one.goal, ...one.reached].map(unit).join(', ')}`]),
-    ...answer.looser.map((one) => [`If ${named(one.text)} could reach ${brief(one.limit)}`, one.goal === null ? 'still no place holds the limits' : `${unit(one.goal, 0)} with ${all(one.settings)}`]),
+    ...answer.looser.map((one) => [`If ${named(one.text)} could reach ${brief(one.limit)}`, one.goal === null ? 'no place is within the limits' : `${unit(one.goal, 0)} with ${all(one.settings)}`]),
     ...[...answer.factors].sort((p, q) => q.goal - p.goal).map((one) => [`Effect of ${words(one.factor)}`, `${[one.goal, ...one.limits].map(unit).join(', ')} over ${one.decision ? 'a tenth of its range to either side' : 'its 5 % to 95 % points'}`]),
     ['Uncertainty of the goal', `${unit(answer.uncertainty.factors, 0)} by the uncertain factors, ${unit(answer.uncertainty.model, 0)} by the models, ${unit(answer.uncertainty.scatter, 0)} by scatter (standard deviations)`],
-    ['To narrow it', answer.uncertainty.advice],
+    ['To reduce it', answer.uncertainty.advice],
     ...answer.notes.map((text) => ['Note', text]),
   ];
   return el('table', { id: 'answer' }, el('tbody', {}, ...lines.map(([name, text]) => el('tr', { class: name.startsWith('Effect') ? 'more' : '' }, el('th', { class: 'text', scope: 'row' }, name), el('td', { class: 'text' }, text)))));
@@ -75,6 +75,6 @@ function exploreSection() {
   const values = [{ text: found.model.outputs[output].output, unit: found.model.outputs[output].unit, output, smaller: false, limit: null }];
   const explorer = new Explorer({ model, values }), places = [placeOf(explorer, [])];
   const effects = factors.map((factor) => ({ factor: factor.subject, decision: true, goal: influence(factor, first), limits: [] }));
-  const node = section('What a model of the rows predicts', note('Expected values over two factors, the others as set by the sliders. Points are rows.'));
+  const node = section('Model predictions', note('Expected values over two factors. Set the others with the sliders. Points are rows.'));
   exploreInto(node, explorer, { places, effects });
 }

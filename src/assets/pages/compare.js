@@ -89,11 +89,11 @@ function exploreInto(node, explorer, { places, effects, plan }) {
     renew.waiting = setTimeout(table.show, REST_MS);
   };
   const axisChoice = (label, value, set) => choice(label, numbers, value, (place) => { set(Number(place)); contours.rest(); });
-  const legend = explorer.values.some(({ limit }) => limit !== null) ? 'Orange line: the limit. Hatched: a limit is broken. Pale: the model is not sure. ' : '';
+  const legend = explorer.values.some(({ limit }) => limit !== null) ? 'Orange line: the limit. Hatched: a limit is violated. Pale: the model is uncertain. ' : '';
   const over = contours ? el('div', {}, contours.node, el('div', { class: 'controls' }, axisChoice('Across', a, (place) => { a = place; }), axisChoice('Up', b, (place) => { b = place; })),
-    note(`${legend}Points: rows, the stronger the nearer their other factors are. Click to move B.`)) : '';
+    note(`${legend}Points: rows; strong points have similar other factors. Click to move B.`)) : '';
   node.append(el('div', { class: `pair ${drawing && contours ? '' : 'one'}` }, drawing ? el('div', {}, drawing.node, note(`A: the proposal.${places.length > 1 ? ' Numbers: alternatives.' : ''} B: the placement of the sliders.${plan.tracks.length ? ' Orange: where hammers can stand.' : ''}`)) : '', over),
-    el('h3', {}, 'Two placements'), el('div', { class: 'pair narrow' }, el('div', {}, note('Set placement B; the model predicts what it gives. In brackets: 95 % of the runs, the error of the model included.'), controls.node), el('div', {}, pickers, table.node)));
+    el('h3', {}, 'Two placements'), el('div', { class: 'pair narrow' }, el('div', {}, note('Set placement B: the model predicts its outputs. In brackets: range of 95 % of the runs, including the error of the model.'), controls.node), el('div', {}, pickers, table.node)));
   outputWatchers.push(() => contours?.rest());
   state.selection.watch(() => contours?.redraw());
   controls.show();

@@ -93,12 +93,12 @@ function sensitivitySection() {
   const { replicates, level } = found.intervals, origin = { sobol: `Sobol' indices from a Saltelli design (estimator ${found.method.estimator})`, morris: 'Elementary effects from Morris trajectories', given: 'Indices of any rows' }[found.method.name];
   const renew = () => {
     output = chosen() ?? usual;
-    words.textContent = `${labelled(output)}. ${output.description} ${usedWords(output)}${chosen() ? '' : ' The chosen output has no indices here: name it to decore analyse.'}`;
+    words.textContent = `${labelled(output)}. ${output.description} ${usedWords(output)}${chosen() ? '' : ' The chosen output has no indices here: run decore analyse with --output.'}`;
     figure.node.hidden = Boolean(output.refused);
     holder.replaceChildren(...(output.refused ? [] : [indexTable(output)]));
     if (!output.refused) figure.redraw();
   };
-  section('Which factor matters', note(`${origin}, of all rows, whatever is selected; lines and brackets: ${100 * level} % intervals${replicates ? '' : ' (none)'}. As decore analyse prints them.`), ...found.notes.map(note),
+  section('Which factor matters', note(`${origin}, for all rows, not only the selected ones. Lines and brackets: ${100 * level} % intervals${replicates ? '' : ' (none)'}. As printed by decore analyse.`), ...found.notes.map(note),
     words, figure.node, holder);
   outputWatchers.push(renew);
   renew();
@@ -106,7 +106,7 @@ function sensitivitySection() {
 
 function modelsSection() {
   if (table.rows < 2 || !factors.length) return;
-  const { found, why } = meta.models, title = 'What rows not run would give';
+  const { found, why } = meta.models, title = 'Models of the outputs';
   if (!found) { section(title, note(why)); return; }
   const { surrogate, warnings } = found;
   const cells = (output) => {
@@ -117,6 +117,6 @@ function modelsSection() {
   };
   const heading = ['rows', 'Q2', 'Q2, polynomial', 'error of a new row', 'noise', 'scatter of twins', 'rows that have it'];
   const lines = surrogate.outputs.map((output) => el('tr', {}, el('td', { class: 'text', title: output.description }, labelled(output)), el('td', {}, String(output.used)), ...cells(output)));
-  section(title, note('Gaussian processes of the outputs over all factors, as decore surrogate fits them. Q2: share of the variance that is predicted of rows left out; the error is their root mean square.'), ...surrogate.notes.map(note), ...warnings.map(note),
+  section(title, note('Gaussian processes of the outputs over all factors, as in decore surrogate. Q2: share of the variance that is predicted for left-out rows. Error: root mean square error of left-out rows.'), ...surrogate.notes.map(note), ...warnings.map(note),
     el('div', { class: 'scroll' }, el('table', { id: 'models' }, el('thead', {}, el('tr', {}, el('th', { class: 'text' }, 'output'), ...heading.map((text) => el('th', {}, text)))), el('tbody', {}, ...lines))));
 }

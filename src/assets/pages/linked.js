@@ -85,7 +85,7 @@ const LONE = 40;
 
 /** Says so, and returns whether. */
 function isLone(painter, columns) {
-  if (columns.length < 2) painter.text('Two columns or more are needed: choose them under Columns.', 4, LONE / 2, { color: SOFT });
+  if (columns.length < 2) painter.text('Choose two columns or more under Columns.', 4, LONE / 2, { color: SOFT });
   return columns.length < 2;
 }
 

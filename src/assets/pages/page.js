@@ -52,7 +52,7 @@ function note(text) { return el('p', { class: 'note' }, text); }
 function provenance(meta, ...content) {
   const facts = [['study', meta.title], ['study hash', meta.study_hash], ['seed', String(meta.seed)], ['program', `decore ${meta.version}`], ['set over the study', meta.overrides.join('; ') || 'nothing'], ...meta.inputs.map(([name, hash]) => [`file ${name}`, hash])];
   const lines = facts.map(([name, value]) => el('tr', {}, el('td', { class: 'text' }, name), el('td', { class: 'text' }, value)));
-  section(content.length ? 'Energy residuals and provenance' : 'Provenance', ...content, el('table', {}, ...lines), el('details', {}, el('summary', {}, 'The study as typed'), el('pre', {}, meta.study_text)));
+  section(content.length ? 'Energy residuals and provenance' : 'Provenance', ...content, el('table', {}, ...lines), el('details', {}, el('summary', {}, 'Text of the study'), el('pre', {}, meta.study_text)));
 }
 
 /** A select with a label before it. `options`: [value, text]. */

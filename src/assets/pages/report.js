@@ -66,7 +66,7 @@ function limitBar() {
   };
   const form = el('form', { class: 'controls', onsubmit: (event) => { event.preventDefault(); add(); } }, el('label', {}, 'Limit', column), el('button', {}, 'add'));
   const output = outputs.length ? choice('Output', outputs.map((one) => [one.index, titled(one.label, one.unit)]), state.output.index, (value) => { state.output = table.columns[value]; outputWatchers.forEach((changed) => changed()); }) : '';
-  if (output) output.title = 'Colours rows and models, and is the one that effects, indices and the list of rows begin with';
+  if (output) output.title = 'Colours rows and models. Effects, indices and the list of rows begin with this output.';
   const bar = el('div', { class: 'bar' }, el('span', { class: 'controls' }, output), count, chips, form, el('button', { type: 'button', onclick: () => selection.clear() }, 'clear all'));
   const show = () => {
     count.textContent = `${selection.picked.length} of ${table.rows} rows selected`;
@@ -106,7 +106,7 @@ function chip(column, limit) {
 /** The linked views and the choice of their columns; returns the views. */
 function linkedViews() {
   if (!state.shown.length || table.rows < 2) {
-    section('Rows together', el('p', {}, 'Views of rows together need two rows or more in which something differs.'));
+    section('All rows', el('p', {}, 'These views need at least two rows that differ.'));
     return [];
   }
   const parallel = new Parallel(state), matrix = new Matrix(state), grid = el('div', { class: 'grid' });
@@ -133,10 +133,10 @@ function linkedViews() {
       boxes.append(el('label', { title: `${column.name}: ${column.text}` }, box, titled(column.label, column.unit)));
     }
   }
-  section('Rows together', note('Drag along an axis or over a panel to select rows; click there to let them go. All plots and the list of rows follow. Colours: the chosen output, from low (dark) to high (light).'),
+  section('All rows', note('Drag along an axis or over a panel to select rows; click there to cancel the selection. All plots and the list of rows follow. Colours: the chosen output, from low (dark) to high (light).'),
     el('details', { class: 'choices' }, el('summary', {}, `Columns (${table.columns.length})`), boxes), parallel.figure.node);
   section('Distributions', note('Grey: all rows. Blue: the selected ones.'), grid);
-  section('Pairs of columns', note('Below the diagonal rows over two columns, above it the correlation of the selected ones.'), matrix.figure.node);
+  section('Pairs of columns', note('Below the diagonal: rows over two columns. Above it: correlation of the selected rows.'), matrix.figure.node);
   choose();
   outputWatchers.push(() => { parallel.figure.redraw(); matrix.figure.redraw(); });
   selection.watch(() => { parallel.figure.redraw(); matrix.figure.redraw(); watched.forEach((figure) => figure.redraw()); });
@@ -173,8 +173,8 @@ function rowList() {
     holder.replaceChildren(el('table', { id: 'rows' }, el('thead', {}, el('tr', {}, ...header)), el('tbody', {}, ...lines)));
   };
   const button = (text, make) => el('button', { type: 'button', onclick: (event) => copy(make(), event.currentTarget) }, text);
-  section('Best rows', note('The selected rows, sorted by the column that is marked; a heading sorts by its column.'),
-    el('div', { class: 'controls' }, choice('Rows shown', [[20, '20'], [100, '100'], [500, '500']], most, (value) => { most = Number(value); rows(); }), button('Copy as CSV', csv), button('Copy the commands that rerun them', commands), el('label', {}, 'of study file', study)), holder);
+  section('Best rows', note('The selected rows, sorted by the marked column. Click a heading to sort by its column.'),
+    el('div', { class: 'controls' }, choice('Rows shown', [[20, '20'], [100, '100'], [500, '500']], most, (value) => { most = Number(value); rows(); }), button('Copy as CSV', csv), button('Copy the commands to run them again', commands), el('label', {}, 'of study file', study)), holder);
   // Sorting a large table waits until the plots have followed a brush.
   let waiting = 0;
   selection.watch(() => { clearTimeout(waiting); waiting = setTimeout(rows, 120); });
@@ -187,14 +187,14 @@ const MOST_FAILURES = 12, MOST_EFFECTS = 24;
 /** Says how many factors are not among those that are drawn. */
 function leftOut(drawn) {
   const count = ordered.length - drawn.length;
-  return drawn.length && count > 0 ? [note(`Drawn are the ${drawn.length} factors that do most to ${first ? first.label : 'the outputs'}; ${count} more are not.`)] : [];
+  return drawn.length && count > 0 ? [note(`The figure shows the ${drawn.length} factors with the largest effect on ${first ? first.label : 'the outputs'}; ${count} more are hidden.`)] : [];
 }
 
 function failures() {
   const failed = meta.reasons.reduce((sum, [, count]) => sum + count, 0), coming = meta.rows - meta.rows_there;
   const left = coming > 0 ? [el('p', {}, `${coming} of ${meta.rows} rows are still to come.`)] : [];
   if (!failed) {
-    section('Rows that are not done', ...left, el('p', {}, coming > 0 ? `The ${meta.rows_there} rows that are there are done.` : 'All rows are done.'));
+    section('Rows that are not done', ...left, el('p', {}, coming > 0 ? `All ${meta.rows_there} existing rows are done.` : 'All rows are done.'));
     return;
   }
   const lines = meta.reasons.map(([reason, count]) => el('tr', {}, el('td', {}, String(count)), el('td', { class: 'text' }, reason)));

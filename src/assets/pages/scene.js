@@ -79,7 +79,7 @@ const PLOTS = [
   { title: 'Force on the mount', unit: 'kN', scale: 1e-3, hammer: [['mount', 'mount_force_n']] },
   { title: 'Forces of the fixtures on the machine', unit: 'kN', scale: 1e-3, fixtures: 'force_n' },
   { title: 'Energy balance', unit: 'J', run: [['work put in', 'work_put_in_j'], ['stored', 'stored_energy_j'], ['dissipated', 'dissipated_energy_j']] },
-  { title: 'Energy unaccounted for: work put in less stored and dissipated', unit: 'J', run: [['unaccounted', 'energy_unaccounted_j']] },
+  { title: 'Energy error: supplied work minus stored and dissipated energy', unit: 'J', run: [['unaccounted', 'energy_unaccounted_j']] },
 ];
 
 /** Colour of what was measured: of no hammer and no quantity. */
@@ -155,7 +155,7 @@ function spectraSection(meta, bytes) {
     });
     return el('div', {}, meta.hammers.length > 1 ? el('h3', {}, hammer.name) : '', el('div', { class: 'grid' }, ...plots));
   });
-  section('Spectra', note('Amplitudes of velocities up to 1 kHz, phase by phase: single-sided, rectangular window, lines one over the duration apart, the mean left out. Beside a measurement, of both over the longest time that both have of the phase.'), ...parts);
+  section('Spectra', note('Amplitudes of velocities up to 1 kHz, phase by phase: single-sided, rectangular window, distance of the lines 1 / duration, without the mean. With a measurement, both use the longest time of the phase that both cover.'), ...parts);
 }
 
 /** Shock spectra of the core points: of the run in full lines, of the first impact in broken ones. */
@@ -179,7 +179,7 @@ function outputsSection(meta) {
 
 async function scenePage() {
   sceneHead(meta);
-  if (meta.samples < 2) { section('Signals', el('p', {}, 'The row has no signals: it ended before they began.')); provenance(meta); return null; }
+  if (meta.samples < 2) { section('Signals', el('p', {}, 'The row has no signals, because it ended before they began.')); provenance(meta); return null; }
   const bytes = await unpacked('data'), signals = new Signals(meta, bytes);
   const view = new View(signals.end, Math.min(signals.end, 8 * signals.interval)), player = new Player(view, meta.blows);
   view.step = signals.interval;
@@ -190,13 +190,13 @@ async function scenePage() {
   };
   controlBar(meta, view, player, hammers);
   const mechanism = meta.hammers.length ? new Mechanism(meta, signals, view) : null;
-  if (mechanism) section('In motion', mechanism.figure.node, note('Contacts that close flash. Chambers: white at ambient pressure, blue at the supply’s. Space plays, n and p go to the next and the previous blow, comma and full stop by one sample.'));
+  if (mechanism) section('In motion', mechanism.figure.node, note('Contacts flash when they close. Chambers: white at ambient pressure, blue at the supply’s. Keys: space plays, n and p jump to the next and the previous blow, comma and full stop move by one sample.'));
   hammers.plots = PLOTS.filter((plot) => !plot.points || meta.points.length).map((plot) => tracePlot(view, {
     ...plot, curves: () => curvesOf(meta, signals, plot, hammers.shown),
     blows: plot.blows ? () => meta.blows.filter((blow) => hammers.shown.includes(blow.hammer)) : undefined,
   }));
-  const every = `One sample every ${short(1e6 * signals.interval)} µs, none left out: where samples are closer than pixels, their least and largest values are drawn.`;
-  section('Over time', note(`${every} Drag to zoom, with Shift to move, click to set the time; Ctrl and the wheel zoom, Shift and the wheel move; arrows, +, − and 0 do the same.`), ...hammers.plots.map((figure) => figure.node));
+  const every = `One sample every ${short(1e6 * signals.interval)} µs, none left out: if samples are closer than pixels, their smallest and largest values are drawn.`;
+  section('Over time', note(`${every} Drag to zoom, drag with Shift to move, click to set the time. Use the wheel with Ctrl to zoom, with Shift to move, or the arrows, +, − and 0.`), ...hammers.plots.map((figure) => figure.node));
   blowTable(meta, player);
   spectraSection(meta, bytes);
   shockSection(meta.shocks);

@@ -1,9 +1,9 @@
 #!/bin/sh
-# Merges the shards of a sweep; messages go to logs/$1 where that is given. What is merged stands in the files beside:
-# merge.arguments and shards.list, an argument a line.
+# Merge the shards of a sweep. If $1 is given, messages go to logs/$1. The files merge.arguments and shards.list in this
+# folder contain the command and the shards, one argument per line.
 cd -- "$(dirname -- "$0")" || exit 2
 [ -n "$1" ] && exec >>"logs/$1" 2>&1
-# Lines become arguments as they are: no patterns, no other separators.
+# Each line is one argument: no patterns, no other separators.
 set -f
 IFS='
 '
@@ -11,6 +11,6 @@ IFS='
 set -- $(cat merge.arguments shards.list)
 "$@"
 code=$?
-# 4: some rows are not done, which is a result.
+# 4: finished, but some rows are not done.
 [ "$code" -eq 4 ] && exit 0
 exit "$code"

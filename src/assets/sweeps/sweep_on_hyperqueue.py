@@ -1,8 +1,8 @@
 #!/usr/bin/env python3
-"""Runs a sweep's shards and their merge on HyperQueue (pip install hyperqueue), as sweep.json beside it says.
+"""Run a sweep's shards and their merge on HyperQueue (pip install hyperqueue), with the settings in sweep.json.
 
-Connects to the running server of this user (or that in the folder $HQ_SERVER_DIR); with --local it starts one on this
-machine with a worker of as many cores as there are. May be run again at any time: shards continue.
+Connects to your running server (or the one in the folder $HQ_SERVER_DIR). With --local it starts a server on this machine,
+with a worker that uses all cores. You can run this script again at any time: shards continue.
 """
 
 import json
@@ -21,7 +21,7 @@ with open(os.path.join(FOLDER, "sweep.json"), encoding="utf-8") as file:
 
 def main(client):
     job = Job(name="decore", max_fails=None)
-    # The scripts write their logs themselves: HyperQueue would expand %{...} in the paths of its own.
+    # The scripts write their own logs, because HyperQueue would expand %{...} in its paths.
     quiet = {"stdout": None, "stderr": None}
     script = lambda name, *arguments: ["/bin/sh", os.path.join(FOLDER, name), *arguments]
     shards = []

@@ -1,13 +1,13 @@
 #!/bin/sh
-# Runs shard $1 of a sweep for a cluster's scheduler; messages go to logs/$2 where that is given. What is run stands in the
-# files beside: run.arguments and shards.list, an argument a line.
-# A shard continues where it stopped, so it is safe to start this again at any time.
+# Run shard $1 of a sweep for a cluster's scheduler. If $2 is given, messages go to logs/$2. The files run.arguments and
+# shards.list in this folder contain the command and the shards, one argument per line.
+# A shard continues where it stopped, so you can start this script again at any time.
 cd -- "$(dirname -- "$0")" || exit 2
 index=$1
 [ -n "$2" ] && exec >>"logs/$2" 2>&1
 shard=$(sed -n "${index}p" shards.list)
 count=$(grep -c '' shards.list)
-# Lines become arguments as they are: no patterns, no other separators.
+# Each line is one argument: no patterns, no other separators.
 set -f
 IFS='
 '
@@ -27,7 +27,7 @@ while :; do
     wait "$child"
     code=$?
     if [ -n "$stopped" ]; then
-        # The signal ended the first wait; the rows that run are still being finished.
+        # The signal ended the first wait; running rows still finish.
         wait "$child"
         again=$?
         [ "$again" -ne 127 ] && code=$again

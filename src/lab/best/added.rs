@@ -1,4 +1,4 @@
-//! The table of the rows that a search has added, beside the dataset.
+//! Table of the rows that a search has added, next to the dataset.
 
 use std::path::{Path, PathBuf};
 
@@ -6,7 +6,7 @@ use super::task::{Added, Purpose};
 use decore_files::{Limit, read_text};
 use decore_study::{Study, column_rows};
 
-/// Columns of the table behind the factors: what a row is for, and for which question.
+/// Columns of the table after the factors: purpose and question of a row.
 pub const ADDED_COLUMNS: [&str; 2] = ["purpose", "question"];
 
 /// Folder of the dataset of rows that were added to the dataset in `folder`.

@@ -41,7 +41,7 @@ pub(super) struct Asked<'a> {
 pub(super) fn answer(mut pool: Pool<'_>, asked: &Asked<'_>) -> Result<Answer, BestError> {
     let (space, models, bounds) = (pool.space, pool.models, pool.models.bounds());
     let checks = asked.checked.as_ref();
-    // What was checked is what is proposed, also where its rows have changed the models since.
+    // Propose exactly the checked decision, even if its rows have changed the models.
     let decision = checks.and_then(|_| space.decision_of(&asked.there.rows.last()?.cells));
     let decision = decision.unwrap_or_else(|| pool.all[pool.best(&bounds).0].decision.clone());
     let found = models.expected(space, std::slice::from_ref(&decision))?;
@@ -132,7 +132,7 @@ fn limit_states(models: &Models, found: &Expected, checks: Option<&Checks>) -> V
     models.wanted.iter().enumerate().filter_map(state).collect()
 }
 
-/// The best decisions that hold the limits at other places: apart in a factor that moves a hammer, where there is one, else in any.
+/// The best decisions that hold the limits at other places: apart in a factor that moves a hammer, if there is one, else in any.
 fn alternatives(pool: &Pool<'_>, decision: &Decision) -> Vec<Alternative> {
     let (space, models, bounds) = (pool.space, pool.models, pool.models.bounds());
     let moves = |place: usize| {
@@ -173,7 +173,7 @@ fn alternatives(pool: &Pool<'_>, decision: &Decision) -> Vec<Alternative> {
     found
 }
 
-/// What each limit that binds would bring if it were looser by a tenth.
+/// Computes the gain of each active limit if it is relaxed by a tenth.
 fn looser(pool: &mut Pool<'_>, limits: &[LimitState]) -> Result<Vec<Looser>, BestError> {
     let mut found = Vec::new();
     for (place, state) in limits.iter().enumerate().filter(|(_, state)| state.binds) {
@@ -238,12 +238,12 @@ fn uncertainty(space: &Space<'_>, models: &Models, found: &Expected) -> Uncertai
         let spread = (at.iter().map(|node| (node.mean - mean).powi(2)).sum::<f64>() / at.len() as f64).sqrt();
         (spread, super::robust::expected_error(at), wanted.bound.unwrap_or_default())
     });
-    // Where limits bind, what widens their values costs the most.
+    // At an active limit, everything that widens the limited value costs most.
     let (by_factors, by_model) = binding.fold((factors, model), |(a, b), (spread, error, _)| (a + spread, b + error));
     let advice = match (names.is_empty(), by_factors >= by_model.max(scatter)) {
         (false, true) => format!("measure {}: a narrower distribution leaves more room", names.join(" and ")),
         _ if model + by_model >= scatter => {
-            "run more rows (`decore best --rows`): the models are what is not known".to_owned()
+            "run more rows (`decore best --rows`): the models cause most of the uncertainty".to_owned()
         }
         _ => "runs scatter: average over longer runs (`duration_s`), or accept the spread".to_owned(),
     };

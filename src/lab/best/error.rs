@@ -1,4 +1,4 @@
-//! Why there is no answer.
+//! Reasons why there is no answer.
 
 use crate::surrogate::SurrogateError;
 use decore_dataset::DatasetError;
@@ -6,7 +6,7 @@ use decore_statistics::design::DesignError;
 use decore_statistics::regression::RegressionError;
 use decore_study::StudyError;
 
-/// Why there is no answer.
+/// Reason why there is no answer.
 #[derive(Debug, thiserror::Error)]
 pub enum BestError {
     /// A study that asks nothing.
@@ -21,11 +21,11 @@ pub enum BestError {
     )]
     NoDecision,
     /// A value of the goal or a limit that cannot be modelled.
-    #[error("`{text}` says nothing of rows not run: {reason}")]
+    #[error("`{text}` cannot be predicted: {reason}")]
     NoModel {
         /// The value, as written.
         text: String,
-        /// Why.
+        /// Reason, in words.
         reason: String,
     },
     /// No place was found.

@@ -1,4 +1,4 @@
-//! The answer to a study's goal: which values to choose for the decision factors, what they give over the uncertain ones, how sure that is.
+//! The answer to a study's goal: values of the decision factors, expected results over the uncertain factors, and their confidence.
 //!
 //! ```text
 //! datasets --surrogate--> Models --+
@@ -6,7 +6,7 @@
 //!                                  robust: averages, quantiles
 //! ```
 //!
-//! Each step is a function of the study, the settings and the rows before it: after an interruption the same rows are chosen again.
+//! Each step is a function of the study, the settings and the earlier rows. After an interruption the same rows are chosen again.
 
 mod added;
 mod answer;

@@ -1,4 +1,4 @@
-//! Models of the goal and the limits, and what they expect of a decision.
+//! Models of the goal and the limits, and their predictions for a decision.
 
 use super::error::BestError;
 use super::robust::{Bounded, Predicted, expected, expected_error, held, quantile};
@@ -18,7 +18,7 @@ const CALIBRATED: f64 = 1.959_963_984_540_054;
 pub(super) struct Wanted {
     /// As written.
     pub text: String,
-    /// Its unit; empty where there is none.
+    /// Unit; empty if there is none.
     pub unit: String,
     columns: Vec<String>,
     /// Left side minus right side, where the right side names columns too.
@@ -44,7 +44,7 @@ impl Wanted {
     }
 
     fn limit(Limit { text, left, at_most, right }: &Limit) -> Self {
-        // A number on the left is a limit of what is on the right.
+        // A number on the left is a limit of the expression on the right.
         let (left, at_most, right) = match left.names().is_empty() {
             true => (right, !at_most, left),
             false => (left, *at_most, right),
@@ -66,7 +66,7 @@ impl Wanted {
         }
     }
 
-    /// The value of a row from those of the columns; NaN where it has none.
+    /// Value of a row from its columns; NaN if it has none.
     pub fn value(&self, values: &[f64]) -> f64 {
         let of = |side: &Expression| evaluate(side, &self.columns, values);
         of(&self.sides.0) - self.sides.1.as_ref().map_or(0.0, of)
@@ -117,7 +117,7 @@ fn evaluate(expression: &Expression, names: &[String], values: &[f64]) -> f64 {
     }
 }
 
-/// What the models expect of a decision.
+/// Predictions of the models for a decision.
 #[derive(Debug, Clone)]
 pub(super) struct Expected {
     pub decision: Decision,
@@ -144,7 +144,7 @@ impl Expected {
         held(&limits, &self.success, caution)
     }
 
-    /// By how much the expected values break the limit that is farthest off, as a share of it; 0 where they hold all.
+    /// By how much the expected values break the limit that is farthest off, as a share of it; 0 if they hold all.
     pub fn lack(&self, wanted: &[Wanted], bounds: &[f64]) -> f64 {
         let of = |((wanted, at), bound): ((&Wanted, &Vec<Predicted>), &f64)| {
             let over = match wanted.side {
@@ -266,7 +266,7 @@ impl Models {
         Ok(success)
     }
 
-    /// What is expected of decisions.
+    /// Predicts decisions.
     pub fn expected(&self, space: &Space<'_>, decisions: &[Decision]) -> Result<Vec<Expected>, BestError> {
         let points = self.points(space, decisions)?;
         let success = self.success(&points)?;
@@ -299,13 +299,13 @@ impl Models {
     }
 }
 
-/// Why an output has no model, in words.
+/// Returns the reason, in words, why an output has no model.
 fn no_model(figures: &OutputSurrogate) -> String {
     let left_out: u64 = figures.left_out.iter().map(|left_out| left_out.count).sum();
     match (figures.used, figures.left_out.first()) {
         (0, Some(first)) => {
             format!(
-                "none of {left_out} rows has it ({}); limit another output, or change what the rows compute",
+                "none of {left_out} rows has it ({}); limit another output, or change the outputs of the study",
                 first.reason
             )
         }

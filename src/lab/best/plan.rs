@@ -1,4 +1,4 @@
-//! What to run next: rows that narrow the choice, then the proposal over draws of the uncertain factors.
+//! Rows to run next: rows that narrow the choice, then the proposal with draws of the uncertain factors.
 
 use super::answer::{Asked, answer};
 use super::checks::Checks;
@@ -15,28 +15,28 @@ use decore_study::{CheckedStudy, Goal};
 
 /// Decisions among whose nodes rows are chosen.
 const OPEN: usize = 12;
-/// How far they lie from each other, as a share of the ranges.
+/// Smallest distance between them, as a share of the ranges.
 const OPEN_APART: f64 = 0.01;
 /// Share of the goal below which no decision may be better: then the choice is made.
 const CHOSEN: f64 = 0.005;
 
-/// What is next.
+/// Next step of a search.
 #[derive(Debug)]
 pub enum Step {
     /// Rows to add: values of all factors as cells of a table.
     More {
         /// The rows.
         rows: Vec<Vec<String>>,
-        /// What for.
+        /// Purpose of the rows.
         purpose: Purpose,
-        /// How far it came, for people.
+        /// Progress for the user.
         progress: String,
     },
     /// Nothing is left to run.
     Done(Box<Answer>),
 }
 
-/// Decides what to run next, or answers. Depends on the study, its seed, the settings and the rows alone.
+/// Decides the next rows, or answers. Depends only on the study, its seed, the settings and the rows.
 ///
 /// # Errors
 /// Those of [`Models::fit`]; [`BestError::NoGoal`], [`BestError::NoDecision`], [`BestError::NoCandidates`].
@@ -87,12 +87,12 @@ pub fn expected(study: &CheckedStudy, reader: &DatasetReader) -> Result<Answer, 
     let settings = BestSettings { rows: 0, checks: 0, batch: 0 };
     match next(study, There { base: reader, added: None, rows: &[] }, &settings)? {
         Step::Done(answer) => Ok(*answer),
-        // Without a budget nothing is to be run.
+        // Without a budget there is nothing to run.
         Step::More { .. } => Err(BestError::NoDecision),
     }
 }
 
-/// Rows of a batch that narrow the choice, for a table that holds all rows; none where the choice is made.
+/// Rows of a batch that narrow the choice, for a table that holds all rows; none if the choice is made.
 ///
 /// # Errors
 /// As [`next`].
@@ -104,8 +104,8 @@ pub fn learn(study: &CheckedStudy, reader: &DatasetReader, batch: usize) -> Resu
     if is_chosen(&pool) { Ok(Vec::new()) } else { to_learn(&pool, batch) }
 }
 
-/// Decisions that may be the best: all limits may hold, and the goal may be better than that of the best one that holds them; the most
-/// promising first, with what it may gain.
+/// Finds decisions that may be the best: all limits may hold, and the goal may be better than at the best decision within the limits. The
+/// most promising first, with the possible gain.
 fn open(pool: &Pool<'_>) -> Vec<(usize, f64)> {
     let (models, bounds) = (pool.models, pool.models.bounds());
     let (_, best) = pool.best(&bounds);

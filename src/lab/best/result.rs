@@ -5,7 +5,7 @@ use serde::Serialize;
 
 use decore_quantity::Value;
 
-/// How sure the answer is.
+/// Certainty of the answer.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum Verdict {
@@ -26,20 +26,20 @@ pub enum Verdict {
 pub struct Setting {
     /// Name of the factor.
     pub factor: String,
-    /// First parameter that it drives; empty where it drives none.
+    /// First parameter that it drives; empty if it drives none.
     pub path: String,
     /// The value.
     pub value: Value,
-    /// Its unit; empty where there is none.
+    /// Unit; empty if there is none.
     pub unit: String,
 }
 
-/// What a value is expected to be over the uncertain factors.
+/// Expectation of a value over the uncertain factors.
 #[derive(Debug, Clone, PartialEq, Serialize, JsonSchema)]
 pub struct Estimate {
     /// The value, as the goal states it.
     pub text: String,
-    /// Unit; empty where there is none.
+    /// Unit; empty if there is none.
     pub unit: String,
     /// Expected value: mean of the checks, or of the model.
     pub mean: f64,
@@ -56,7 +56,7 @@ pub struct Estimate {
 pub struct LimitState {
     /// The limited value.
     pub text: String,
-    /// Unit; empty where there is none.
+    /// Unit; empty if there is none.
     pub unit: String,
     /// Whether it must be at most the limit; at least otherwise.
     pub at_most: bool,
@@ -64,7 +64,7 @@ pub struct LimitState {
     pub limit: f64,
     /// The value that the stated share of runs holds: of the checks, or of the model with its error on the bad side.
     pub reached: f64,
-    /// Whether it stands in the way of a better goal: `reached` is within 5 % of the limit, or beyond.
+    /// Whether it prevents a better goal: `reached` is within 5 % of the limit, or beyond.
     pub binds: bool,
 }
 
@@ -88,13 +88,13 @@ pub struct Alternative {
     pub settings: Vec<Setting>,
     /// Expected goal.
     pub goal: f64,
-    /// What each limited value reaches, in the order of the limits.
+    /// Expected value of each limited output, in the order of the limits.
     pub reached: Vec<f64>,
     /// Share of the runs that hold all limits, with the model's error on the bad side.
     pub share: f64,
 }
 
-/// What a looser limit would bring, by the models.
+/// Predicted gain of a relaxed limit.
 #[derive(Debug, Clone, PartialEq, Serialize, JsonSchema)]
 pub struct Looser {
     /// The limited value.
@@ -107,7 +107,7 @@ pub struct Looser {
     pub settings: Vec<Setting>,
 }
 
-/// How much a factor matters at the proposal, by the models.
+/// Effect of a factor at the proposal, by the models.
 #[derive(Debug, Clone, PartialEq, Serialize, JsonSchema)]
 pub struct Effect {
     /// Name of the factor.
@@ -121,7 +121,7 @@ pub struct Effect {
     pub limits: Vec<f64>,
 }
 
-/// What remains uncertain of the goal: standard deviations in its unit.
+/// Remaining uncertainty of the goal: standard deviations in its unit.
 #[derive(Debug, Clone, PartialEq, Serialize, JsonSchema)]
 pub struct Uncertainty {
     /// From the uncertain factors.
@@ -130,7 +130,7 @@ pub struct Uncertainty {
     pub model: f64,
     /// From scatter between runs.
     pub scatter: f64,
-    /// What would narrow it.
+    /// Advice how to reduce it.
     pub advice: String,
 }
 
@@ -141,15 +141,15 @@ pub struct Answer {
     pub study: String,
     /// All in one sentence.
     pub sentence: String,
-    /// How sure it is.
+    /// Certainty of the answer.
     pub verdict: Verdict,
     /// Share of runs that must hold the limits.
     pub confidence: f64,
     /// Values to choose.
     pub settings: Vec<Setting>,
-    /// What the goal is there.
+    /// Estimate of the goal there.
     pub goal: Estimate,
-    /// What the limits are there.
+    /// State of the limits there.
     pub limits: Vec<LimitState>,
     /// Share of runs that hold all limits by the models, with their error on the bad side.
     pub share: f64,
@@ -159,12 +159,12 @@ pub struct Answer {
     pub rows: u64,
     /// Decisions at other places.
     pub alternatives: Vec<Alternative>,
-    /// What looser limits would bring.
+    /// Gains of relaxed limits.
     pub looser: Vec<Looser>,
-    /// How much each factor matters.
+    /// Effect of each factor.
     pub factors: Vec<Effect>,
-    /// What remains uncertain.
+    /// Remaining uncertainty.
     pub uncertainty: Uncertainty,
-    /// What a reader must know, a sentence each.
+    /// Notes for the reader, a sentence each.
     pub notes: Vec<String>,
 }

@@ -1,7 +1,8 @@
 //! Averages and quantiles over uncertain factors, on plain numbers.
 //!
-//! An output at a decision is known at equally likely draws of the uncertain factors (nodes). At each node it is normal: its mean is
-//! known up to the model's error, and runs scatter about it. Averages count all; limits take the model's error from its bad side.
+//! An output at a decision is known at equally likely draws of the uncertain factors (nodes). At each node it is normal: the error of the
+//! model makes its mean uncertain, and runs scatter around it. Averages use the mean; limits use the unfavourable side of the model's
+//! error.
 
 use crate::refinement::Side;
 use decore_math::special::normal_cdf;

@@ -1,4 +1,4 @@
-//! The best decision among many, by what the models expect.
+//! Finds the best decision among many, by the predictions of the models.
 
 use super::error::BestError;
 use super::model::{Expected, Models};
@@ -14,14 +14,14 @@ const NEAR: usize = 96;
 /// Best decisions that boxes are about.
 const CENTRES: usize = 3;
 
-/// Decisions with what is expected of them.
+/// Decisions with their predictions.
 pub(super) struct Pool<'a> {
     pub space: &'a Space<'a>,
     pub models: &'a Models,
     pub all: Vec<Expected>,
 }
 
-/// How good a decision is under some limits.
+/// Merit of a decision under some limits.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct Merit {
     /// Whether the limits hold at the stated confidence.
@@ -30,7 +30,7 @@ pub(super) struct Merit {
     pub goal: f64,
     /// Share of runs that hold the limits, with the model's error on the bad side.
     pub share: f64,
-    /// By how much the expected values break the limit that is farthest off, as a share of it; 0 where they hold all.
+    /// By how much the expected values break the limit that is farthest off, as a share of it; 0 if they hold all.
     pub lack: f64,
 }
 

@@ -1,4 +1,4 @@
-//! The values that can be chosen, and draws of the others.
+//! Space of the decisions, and draws of the uncertain factors.
 
 use super::error::BestError;
 use super::result::Setting;
@@ -13,7 +13,7 @@ use decore_study::{CheckedStudy, FactorInfo, FactorRole};
 const NODES: usize = 40;
 /// The same where several factors are uncertain.
 const MORE_NODES: usize = 80;
-/// Steps that a range is divided into at least, where values are rounded to what can be set.
+/// Smallest number of steps in a range when values are rounded.
 const STEPS: f64 = 100.0;
 /// Share of a distribution without ends that is cut off on either side.
 const CUT_OFF: f64 = 5e-4;
@@ -69,12 +69,12 @@ impl<'a> Space<'a> {
         &self.study.design().factors()[self.decisions[decision]].distribution
     }
 
-    /// What the study says of a decision factor.
+    /// Study's description of a decision factor.
     pub fn info(&self, decision: usize) -> &FactorInfo {
         drawn(self.study)[self.decisions[decision]]
     }
 
-    /// What the study says of an uncertain factor.
+    /// Study's description of an uncertain factor.
     pub fn uncertain_info(&self, place: usize) -> &FactorInfo {
         drawn(self.study)[self.uncertain[place]]
     }
@@ -123,7 +123,7 @@ impl<'a> Space<'a> {
         Ok(found)
     }
 
-    /// A decision with its numbers rounded to what can be set: to a power of ten below a hundredth of the range.
+    /// A decision with numbers rounded for setting: to a power of ten below a hundredth of the range.
     fn settable(&self, decision: &[Level]) -> Decision {
         let rounded = |(place, level): (usize, &Level)| match level {
             Level::Real(value) => Level::Real(rounded(*value, self.distribution(place))),
@@ -159,7 +159,7 @@ impl<'a> Space<'a> {
         self.study.values_at(levels).iter().map(Value::to_string).collect()
     }
 
-    /// The decision of a row, given as [`Self::cells`]; `None` for cells that are no values of the factors.
+    /// The decision of a row, given as [`Self::cells`]; `None` for cells that are not values of the factors.
     pub fn decision_of(&self, cells: &[String]) -> Option<Decision> {
         let drawn = drawn(self.study);
         let level = |place: &usize| {
@@ -169,7 +169,7 @@ impl<'a> Space<'a> {
             match factor.distribution()? {
                 Distribution::Categories { .. } => {
                     let number = cell.parse::<f64>().ok();
-                    // A text is no number: `None` on both sides would be the same.
+                    // A text is not a number: `None` on both sides would be the same.
                     let same = |value: &Value| {
                         value.to_string() == *cell || number.is_some_and(|number| value.number() == Some(number))
                     };
@@ -183,7 +183,7 @@ impl<'a> Space<'a> {
         Some(self.settable(&decision?))
     }
 
-    /// The decision with these settings; `None` where one is missing or no value of its factor.
+    /// The decision with these settings; `None` if one is missing or no value of its factor.
     pub fn decision_at(&self, settings: &[Setting]) -> Option<Decision> {
         let factors = self.study.study().factors();
         let of = |name: &str| settings.iter().find(|setting| setting.factor == name);
@@ -205,7 +205,7 @@ impl<'a> Space<'a> {
         }
     }
 
-    /// Where a decision lies: shares of the ranges; of names their numbers.
+    /// Position of a decision: shares of the ranges; for names their numbers.
     pub fn place(&self, decision: &[Level]) -> Vec<f64> {
         let at = |(place, level): (usize, &Level)| match level {
             Level::Category(number) => *number as f64,

@@ -1,4 +1,4 @@
-//! What is asked of a search: budgets, and the rows that there are.
+//! Task of a search: budgets and existing rows.
 
 use decore_dataset::DatasetReader;
 use decore_study::Goal;
@@ -6,7 +6,7 @@ use decore_study::Goal;
 /// Budgets of [`super::next`].
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct BestSettings {
-    /// Rows that are added at most, those that prove the proposal included.
+    /// Largest number of added rows, including checks of the proposal.
     pub rows: usize,
     /// Rows that prove a proposal. 0: none.
     pub checks: usize,
@@ -14,7 +14,7 @@ pub struct BestSettings {
     pub batch: usize,
 }
 
-/// What a row was added for.
+/// Purpose of an added row.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Purpose {
     /// The models.
@@ -24,7 +24,7 @@ pub enum Purpose {
 }
 
 impl Purpose {
-    /// Its name in the table of rows.
+    /// Name in the table of rows.
     pub fn name(self) -> &'static str {
         match self {
             Self::Learn => "learn",
@@ -52,7 +52,7 @@ pub struct There<'a> {
 /// A row that was added.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Added {
-    /// What for.
+    /// Purpose of the row.
     pub purpose: Purpose,
     /// The question that it was added for, as [`question`] has it: checks of another one prove nothing.
     pub question: String,
@@ -60,7 +60,7 @@ pub struct Added {
     pub cells: Vec<String>,
 }
 
-/// A goal in one line: what is wanted, the limits, the confidence.
+/// Describes a goal in one line: objective, limits, confidence.
 pub fn question(goal: &Goal) -> String {
     let wanted = if goal.maximise { "maximise" } else { "minimise" };
     let limits: String = goal.limits.iter().map(|limit| format!("; {}", limit.text)).collect();

@@ -7,10 +7,10 @@ use super::search::{Merit, Pool};
 use crate::sensitivity::four_digits;
 use decore_quantity::Value;
 
-/// Units that are shown in another one, with what 1 of them is.
+/// Units that are displayed in another unit, with its factor.
 const SHOWN_MM: f64 = 1e3;
 
-/// How far a search came.
+/// Describes the progress of a search.
 pub(super) fn progress(pool: &Pool<'_>, best: usize, merit: Merit) -> String {
     let goal = &pool.models.wanted[0];
     let value = with_unit(pool.all[best].goal(), &goal.unit);

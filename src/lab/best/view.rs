@@ -1,4 +1,4 @@
-//! An answer as a page shows it: its models, the draws of the uncertain factors, and the places of the hammers.
+//! Data of an answer for a page: its models, the draws of the uncertain factors, and the positions of the hammers.
 
 use serde::Serialize;
 
@@ -15,10 +15,10 @@ use crate::surrogate::Model;
 use decore_dataset::DatasetReader;
 use decore_study::CheckedStudy;
 
-/// Steps over a factor's range at which the places of hammers are told.
+/// Number of steps over a factor's range for the displayed positions of hammers.
 const STEPS: usize = 24;
 
-/// An answer with all that a page needs to show it and to predict other decisions.
+/// An answer with the data for its page, including predictions of other decisions.
 #[derive(Debug, Clone)]
 pub struct AnswerView {
     /// The answer.
@@ -44,7 +44,7 @@ pub struct AnswerView {
 pub struct ShownValue {
     /// As the goal states it.
     pub text: String,
-    /// Unit; empty where there is none.
+    /// Unit; empty if there is none.
     pub unit: String,
     /// Place of its model among the outputs.
     pub output: usize,
@@ -65,7 +65,7 @@ pub struct Track {
     pub hammers: Vec<Vec<[f64; 2]>>,
 }
 
-/// The answer from the rows that there are, with what a page needs to show it.
+/// Computes the answer from the existing rows, with the data for its page.
 ///
 /// # Errors
 /// As [`super::next`].

@@ -1,4 +1,4 @@
-//! From two datasets to their difference.
+//! Compares two datasets.
 
 use super::error::ComparisonError;
 use super::matching::Matching;

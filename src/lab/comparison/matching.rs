@@ -1,4 +1,4 @@
-//! Which row of one dataset is which of the other.
+//! Matches the rows of two datasets.
 
 use std::cmp::Ordering;
 use std::collections::HashMap;
@@ -140,7 +140,7 @@ impl<'r> Matching<'r> {
         self.rows.get(side)?.index.get(place).copied()
     }
 
-    /// How many rows the datasets hold.
+    /// Number of rows of each dataset.
     pub fn counts(&self) -> [usize; 2] {
         [self.partner.len(), self.taken.len()]
     }

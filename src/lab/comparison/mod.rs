@@ -1,29 +1,28 @@
-//! The difference of two datasets: their rows matched by the values of the factors, and outputs that differ by more than
-//! they scatter.
+//! Compares two datasets: matches their rows by the values of the factors, and finds outputs that differ by more than their scatter.
 //!
 //! # What belongs together
 //!
-//! Two rows match if all factors have equal values: to the last bit, whole numbers and real ones alike. Of rows with the same
-//! values in one dataset (repetitions, a study without factors) the first matches the first, the second the second.
+//! Two rows match if all factors are equal, to the last bit. Rows with equal factors in one dataset (repetitions, a study without
+//! factors) match in their order.
 //!
 //! # When an output differs
 //!
-//! A row and ten twins span a range of each main output, of which `<output>_scatter` is the half, `s` (estimated where there are
-//! fewer or more). The rows may be anywhere within theirs. Their outputs `a` and `b` lie beyond their scatter where these ranges cannot meet:
+//! A row and its ten twins span a range of each main output. `<output>_scatter` is half of this range, `s` (estimated for another number
+//! of twins). Each row lies anywhere within its range. Two outputs `a` and `b` differ if these ranges cannot overlap:
 //!
 //! ```text
 //! |a - b| > 2 (s_a + s_b)
 //! ```
 //!
-//! Where only one dataset has twins, the other is taken to scatter as much. Without any, or for an output without a scatter, two
-//! numbers differ where `|a - b| > relative * max(|a|, |b|)`. Texts differ where they are not the same and neither row has a
-//! twin with another one. An output that only one of two rows has differs.
+//! If only one dataset has twins, the other one is assumed to have the same scatter. Without twins, or for an output without a scatter, two
+//! numbers differ if `|a - b| > relative * max(|a|, |b|)`. Texts differ if they are unequal and neither row has a twin with another text.
+//! An output that only one of the two rows has differs.
 //!
-//! Outputs are compared of rows that are done in both; rows of different status are listed by themselves.
+//! Outputs are compared for rows that are done in both datasets. Rows with different status are listed separately.
 //!
 //! # Memory
 //!
-//! 56 bytes per row of each dataset for the matching, and a quarter of a gigabyte for the outputs that are looked at together.
+//! Matching needs 56 bytes per row of each dataset. Outputs that are compared at the same time need a quarter of a gigabyte.
 
 mod compare;
 mod error;

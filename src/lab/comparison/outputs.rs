@@ -1,4 +1,4 @@
-//! Outputs of matched rows, and which of them lie beyond their scatter.
+//! Outputs of matched rows, and the outputs that differ by more than their scatter.
 
 use super::error::ComparisonError;
 use super::matching::{MatchedRows, Matching, Texts};
@@ -7,31 +7,31 @@ use super::settings::ComparisonSettings;
 use decore_dataset::{ColumnDescription, ColumnGroup, DatasetError, DatasetReader, RowRecord, TableName};
 use decore_quantity::{Cell, Kind, Value};
 
-/// Bytes of what is kept of the outputs that are looked at together.
+/// Memory in bytes for outputs that are compared at the same time.
 const TOGETHER: usize = 256 << 20;
 /// Bytes per row and output: value and scatter in B, difference.
 const PER_ROW: usize = 3 * size_of::<f64>();
 
 /// An output that both datasets have.
 struct Output<'r> {
-    /// Its column in each.
+    /// Column in each dataset.
     columns: [&'r ColumnDescription; 2],
-    /// Name of the column with its scatter; `None` where there is none.
+    /// Name of the column with its scatter; `None` if there is none.
     scatter: [Option<String>; 2],
 }
 
-/// What is compared, and what cannot be.
+/// Outputs that are compared, and outputs that cannot be.
 pub(super) struct Outputs<'r> {
     compared: Vec<Output<'r>>,
-    /// Names of those that B has not.
+    /// Names of outputs that B lacks.
     pub only_in_a: Vec<String>,
-    /// Names of those that A has not.
+    /// Names of outputs that A lacks.
     pub only_in_b: Vec<String>,
-    /// Names of those that are not of one unit and type.
+    /// Names of outputs with different units or types.
     pub of_other_units: Vec<String>,
 }
 
-/// An output of one row; NaN for what is not there, the number of a text for a text.
+/// An output of one row; NaN for a missing value, the number of a text for a text.
 #[derive(Clone, Copy)]
 struct Sample {
     value: f64,
@@ -170,14 +170,14 @@ struct Differing {
     judged: Judged,
 }
 
-/// How an output of two rows compares.
+/// Comparison of an output of two rows.
 #[derive(Debug, Clone, Copy, PartialEq)]
 struct Judged {
     /// Absolute difference; infinite for texts that differ and where one is missing.
     difference: f64,
-    /// What it may be; 0 for texts.
+    /// Permitted difference; 0 for texts.
     allowed: f64,
-    /// Whether twins say so.
+    /// Whether twins measured it.
     measured: bool,
 }
 
@@ -216,7 +216,7 @@ impl Judged {
         self.difference > self.allowed
     }
 
-    /// By how many times the difference is what it may be.
+    /// Ratio of the difference to the permitted difference.
     fn excess(self) -> f64 {
         if self.difference > 0.0 { self.difference / self.allowed } else { 0.0 }
     }
@@ -283,7 +283,7 @@ impl<'o> Tally<'o> {
         }
     }
 
-    /// Puts the counts and the worst rows where they belong.
+    /// Assigns the counts and the worst rows to their outputs.
     fn end(mut self, matching: &Matching<'_>, texts: &Texts, found: &mut Comparison) {
         let shown = |differing: &Differing| self.pair(differing, matching, texts);
         let listed: Vec<PairDifference> = self.listed.iter().map(shown).collect();
@@ -334,7 +334,7 @@ impl<'o> Tally<'o> {
     }
 }
 
-/// By how many times a listed difference is what it may be.
+/// Ratio of a listed difference to the permitted difference.
 fn excess_of(pair: &PairDifference) -> f64 {
     pair.difference().zip(pair.allowed).map_or(f64::INFINITY, |(difference, allowed)| difference / allowed)
 }

@@ -1,4 +1,4 @@
-//! What a comparison finds: plain data, the same in text and JSON.
+//! Result of a comparison: plain data, equal in text and JSON.
 
 use std::path::PathBuf;
 
@@ -51,7 +51,7 @@ impl Comparison {
 /// One of the two datasets.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, JsonSchema)]
 pub struct Side {
-    /// Its folder.
+    /// Folder of the dataset.
     pub folder: PathBuf,
     /// Name of its study.
     pub study: String,
@@ -66,7 +66,7 @@ pub struct Side {
 }
 
 impl Side {
-    /// What a dataset says of itself.
+    /// Reads a dataset's description.
     pub(super) fn of(reader: &DatasetReader) -> Self {
         let study = &reader.manifest().study;
         Self {
@@ -80,10 +80,10 @@ impl Side {
     }
 }
 
-/// A list of which only the beginning is kept.
+/// A list, truncated after its beginning.
 #[derive(Debug, Clone, PartialEq, Serialize, JsonSchema)]
 pub struct Listed<T> {
-    /// How many there are.
+    /// Number of such rows.
     pub count: u64,
     /// The first of them.
     pub listed: Vec<T>,
@@ -110,24 +110,24 @@ pub struct StatusDifference {
     pub row_a: u64,
     /// Row of B.
     pub row_b: u64,
-    /// How A's ended.
+    /// Status of A's row.
     pub status_a: String,
-    /// How B's ended.
+    /// Status of B's row.
     pub status_b: String,
 }
 
-/// How an output differs over the rows.
+/// Difference of an output over the rows.
 #[derive(Debug, Clone, PartialEq, Serialize, JsonSchema)]
 pub struct OutputDifference {
     /// The column.
     pub name: String,
-    /// Its unit; empty for texts.
+    /// Unit; empty for texts.
     pub unit: String,
     /// Pairs of rows of which at least one has a value.
     pub pairs: u64,
-    /// Those of them whose scatter was measured by twins.
+    /// Number of those whose scatter was measured by twins.
     pub measured: u64,
-    /// Those of them beyond their scatter.
+    /// Number of those beyond their scatter.
     pub beyond: u64,
     /// Pairs of which one has a value and the other has none; they count as beyond.
     pub one_sided: u64,
@@ -143,7 +143,7 @@ pub struct OutputDifference {
 pub struct PairDifference {
     /// The column.
     pub output: String,
-    /// Its unit; empty for texts.
+    /// Unit; empty for texts.
     pub unit: String,
     /// Row of A.
     pub row_a: u64,
@@ -153,7 +153,7 @@ pub struct PairDifference {
     pub value_a: Option<Value>,
     /// Value in B.
     pub value_b: Option<Value>,
-    /// What the absolute difference of two numbers may be; `null` for texts and where one lacks a value.
+    /// Permitted absolute difference of two numbers; `null` for texts and if one value is missing.
     pub allowed: Option<f64>,
     /// Whether that is the scatter that twins measured.
     pub measured: bool,

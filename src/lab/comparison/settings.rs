@@ -1,6 +1,6 @@
-//! How two datasets are compared.
+//! Settings of a comparison.
 
-/// How to compare.
+/// Settings of a comparison.
 #[derive(Debug, Clone, PartialEq)]
 pub struct ComparisonSettings {
     /// Columns of the table of runs to compare; empty (default): all main outputs.

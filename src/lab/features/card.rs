@@ -1,4 +1,4 @@
-//! The card of a table: what it is, where it comes from and what to mind, for people.
+//! Card of a table for human readers: contents, origin and cautions.
 
 use std::fmt::Write;
 

@@ -1,4 +1,4 @@
-//! A column of the table and what the dictionary says of it.
+//! A column of the table, with its dictionary entry.
 
 use std::collections::HashMap;
 
@@ -10,22 +10,22 @@ use decore_dataset::array;
 use decore_quantity::{CellColumn, named};
 
 named! {
-    /// What a column is for.
+    /// Role of a column.
     #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
     pub enum Role {
         /// Names the row of the table.
         Key = "key",
-        /// How the run ended and how well its books balance.
+        /// Status of the run, and residuals of its audits.
         Status = "status",
-        /// Says which rows belong together.
+        /// Group of dependent rows.
         Group = "group",
-        /// Says which part of the splits the row is for.
+        /// Part of the splits.
         Split = "split",
-        /// A factor of the design: what a predictor may know.
+        /// A factor of the design: an input of the predictor.
         Factor = "factor",
-        /// A result: what a predictor is to tell.
+        /// A result: a value to predict.
         Target = "target",
-        /// How far a target is sure: its scatter over twins, its standard error.
+        /// Uncertainty of a target: its scatter over twins, its standard error.
         Scatter = "scatter",
     }
 }
@@ -37,22 +37,22 @@ pub struct FeatureColumn {
     pub name: String,
     /// Unit; `1` for numbers without one, empty for texts.
     pub unit: String,
-    /// What it is for.
+    /// Role of the column.
     pub role: Role,
-    /// What it is, in words.
+    /// Description in words.
     pub description: String,
-    /// How it follows from the tables of the dataset.
+    /// Formula from the tables of the dataset.
     pub formula: String,
     /// Least and largest value that can be right; `None`: no limit on that side.
     pub valid: [Option<f64>; 2],
     /// Columns of this table that it follows from by arithmetic.
     pub derived_from: Vec<String>,
-    /// The values; what is missing becomes null.
+    /// Values; missing ones become null.
     pub values: CellColumn,
 }
 
 impl FeatureColumn {
-    /// The field with all that the dictionary says of it, and the values.
+    /// Returns the field with all entries of the dictionary, and the values.
     ///
     /// # Errors
     /// The Arrow library's, such as texts of more than 2 GiB.
@@ -72,7 +72,7 @@ impl FeatureColumn {
         Ok((Field::new(&self.name, array.data_type().clone(), true).with_metadata(metadata), array))
     }
 
-    /// The valid range as `low..high`, an open side left out; empty where there is none.
+    /// The valid range as `low..high`, an open side left out; empty if there is none.
     pub fn valid_text(&self) -> String {
         let end = |end: Option<f64>| end.map_or(String::new(), |value| value.to_string());
         match self.valid {

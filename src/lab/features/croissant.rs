@@ -1,4 +1,4 @@
-//! Croissant metadata (MLCommons, version 1.0): what the files are, with checksums, for catalogues and loaders of data sets.
+//! Croissant metadata (MLCommons, version 1.0): files with checksums, for catalogues and loaders of data sets.
 
 use hmac_sha256::Hash;
 use serde_json::{Value, json};
@@ -10,9 +10,9 @@ use decore_quantity::Kind;
 /// A file as others find it whole.
 #[derive(Debug, Clone, PartialEq)]
 pub(super) struct Described {
-    /// Its name.
+    /// Name of the file.
     pub name: &'static str,
-    /// Its length.
+    /// Size of the file in bytes.
     pub bytes: usize,
     /// SHA-256 of its bytes, in hexadecimal.
     pub sha256: String,

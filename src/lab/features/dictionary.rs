@@ -1,4 +1,4 @@
-//! The data dictionary: what every column of the table is, as JSON and as a plain table.
+//! Data dictionary: descriptions of all columns, as JSON and as a plain table.
 
 use serde::Serialize;
 
@@ -6,7 +6,7 @@ use super::column::{FeatureColumn, Role};
 use super::error::FeaturesError;
 use decore_quantity::Kind;
 
-/// What the columns of a table are.
+/// Descriptions of a table's columns.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Dictionary<'a> {
     /// Name of the table's file.
@@ -17,21 +17,21 @@ pub struct Dictionary<'a> {
     pub columns: Vec<DictionaryEntry<'a>>,
 }
 
-/// What a column is.
+/// Description of a column.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct DictionaryEntry<'a> {
-    /// Its name.
+    /// Name of the column.
     pub name: &'a str,
     /// Type of its values.
     #[serde(rename = "type")]
     pub kind: Kind,
-    /// Its unit; `1` for numbers without one, empty for texts.
+    /// Unit; `1` for numbers without one, empty for texts.
     pub unit: &'a str,
-    /// What it is for.
+    /// Role of the column.
     pub role: Role,
-    /// What it is, in words.
+    /// Description in words.
     pub description: &'a str,
-    /// How it follows from the tables of the dataset.
+    /// Formula from the tables of the dataset.
     pub formula: &'a str,
     /// Least value that can be right; null: no limit.
     pub valid_minimum: Option<f64>,

@@ -1,4 +1,4 @@
-//! Why there is no table of features.
+//! Reasons why there is no table of features.
 
 use std::path::PathBuf;
 
@@ -7,7 +7,7 @@ use parquet::errors::ParquetError;
 use decore_dataset::DatasetError;
 use decore_study::StudyError;
 
-/// Why there is no table of features.
+/// Reason why there is no table of features.
 #[derive(Debug, thiserror::Error)]
 pub enum FeaturesError {
     /// The dataset cannot be read.
@@ -18,8 +18,8 @@ pub enum FeaturesError {
     Study(#[from] StudyError),
     /// A hammer of the dataset strikes a casting that the dataset does not have.
     #[error(
-        "hammer `{hammer}` strikes the casting `{casting}` in row {row}, which the dataset does not have; `decore verify` says \
-         whether it is damaged"
+        "hammer `{hammer}` strikes the casting `{casting}` in row {row}, but the dataset has no such casting; run \
+         `decore verify` to find damaged files"
     )]
     Casting {
         /// The hammer.
@@ -32,10 +32,10 @@ pub enum FeaturesError {
     /// A dataset without rows.
     #[error("the dataset has no row yet: a table of features needs one")]
     NoRows,
-    /// A dataset that does not say which rows of its design belong together.
+    /// A dataset without groups of its design's rows.
     #[error(
-        "the dataset does not say which of its rows belong together, because an earlier decore wrote it: run its study anew for \
-         splits that no group crosses"
+        "the dataset has no groups of dependent rows, because an earlier decore wrote it: run its study again to get \
+         splits by groups"
     )]
     NoGroups,
     /// Shares that are none.
@@ -66,8 +66,8 @@ pub enum FeaturesError {
     /// The table cannot be written as Parquet.
     #[error("the table cannot be written as Parquet: {0}")]
     Parquet(#[from] ParquetError),
-    /// A file that is there already.
-    #[error("{} exists: give another folder, or --replace to write it anew", path.display())]
+    /// An existing file.
+    #[error("{} exists: give another folder, or add --replace to overwrite it", path.display())]
     Exists {
         /// The file.
         path: PathBuf,

@@ -1,4 +1,4 @@
-//! From a dataset to a folder with the table and what describes it.
+//! Exports a dataset to a folder with the table and its descriptions.
 
 use std::path::{Path, PathBuf};
 
@@ -14,7 +14,7 @@ use super::table::{Features, features};
 use decore_dataset::{DatasetReader, table_bytes};
 use decore_files::Staged;
 
-/// What was written.
+/// Result of an export.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Exported {
     /// The table.
@@ -28,7 +28,8 @@ pub fn files(format: Format) -> [&'static str; 5] {
     [format.file(), "dictionary.json", "dictionary.csv", "croissant.json", "README.md"]
 }
 
-/// Writes the table of a dataset, its dictionary, Croissant metadata and a card into `folder`, which is made if it is not there. Files appear whole, and none
+/// Writes the table of a dataset, its dictionary, Croissant metadata and a card into `folder`, which is made if it is not there. Files
+/// appear whole, and none
 /// before all could be written.
 ///
 /// # Errors

@@ -1,4 +1,4 @@
-//! The figures of a casting in a run: declared once, each with the columns of the dataset that it follows from.
+//! Figures of a casting in a run: declared once, each with its source columns in the dataset.
 
 use super::column::Role;
 use super::struck::Struck;
@@ -6,12 +6,12 @@ use decore_model::metrics::{Aggregates, CastingMetrics, HammerMetrics, RunTotals
 use decore_model::run::RowOutcome;
 use decore_quantity::Kind;
 
-/// How the values of several hammers become one.
+/// Combination of the values of several hammers.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum Combine {
-    /// Their sum; hammers without a value add nothing.
+    /// Sum; hammers without a value are left out.
     Sum,
-    /// The mean of those that have one.
+    /// Mean of the hammers that have a value.
     Mean,
     /// The least.
     Least,
@@ -48,7 +48,7 @@ impl Combine {
     }
 }
 
-/// What a figure follows from.
+/// Source of a figure.
 #[derive(Clone, Copy)]
 pub(super) enum Origin<'a> {
     /// A column of `runs` that is about the run.
@@ -82,15 +82,15 @@ pub(super) struct CastingFigure<'a> {
     pub name: &'static str,
     /// Unit.
     pub unit: &'static str,
-    /// What it is, in words.
+    /// Description in words.
     pub description: &'static str,
-    /// Where it comes from.
+    /// Source of the figure.
     pub origin: Origin<'a>,
-    /// What it is for.
+    /// Role of the column.
     pub role: Role,
     /// Least value that can be right.
     pub least: Option<f64>,
-    /// How scatters of the hammers' values become that of the figure; `None`: it has none.
+    /// Combination of the scatters of several hammers; `None` if the figure has no scatter.
     pub scatter: Option<Combine>,
     /// Name of the hammers' standard errors, where the figure is their mean.
     pub error: Option<&'static str>,
@@ -119,7 +119,7 @@ const fn target(
 }
 
 impl<'a> CastingFigure<'a> {
-    /// How far it is sure, made from something else.
+    /// Adds its uncertainty, from another source.
     pub fn sureness(self, origin: Origin<'a>) -> Self {
         Self { origin, role: Role::Scatter, least: Some(0.0), without_threshold: &[], ..self }
     }
@@ -148,7 +148,7 @@ impl<'a> CastingFigure<'a> {
         Self { role: Role::Status, ..self }
     }
 
-    /// Type of its values, where a column of `runs` does not say it.
+    /// Type of its values, if no column of `runs` gives it.
     pub fn kind(&self) -> Kind {
         match self.origin {
             Origin::HammerCount | Origin::BlowCount(..) => Kind::Count,
@@ -156,7 +156,7 @@ impl<'a> CastingFigure<'a> {
         }
     }
 
-    /// How it follows from the tables of the dataset, in words.
+    /// Formula from the tables of the dataset, in words.
     pub fn formula(&self) -> String {
         match self.origin {
             Origin::Run(column) => format!("runs.{column}"),
@@ -202,7 +202,7 @@ pub(super) const FIGURES: &[CastingFigure<'static>] = &[
         "work_in_windows_j",
         "J",
         Blows(|struck| Some(struck.work_j), "sum of blows.work_j"),
-        "Work delivered to the casting within the windows of its blows; what lies between blows is missing.",
+        "Work delivered to the casting within the windows of its blows, without the time between blows.",
     )
     .signed(),
     target(
@@ -280,7 +280,7 @@ pub(super) const FIGURES: &[CastingFigure<'static>] = &[
             |struck| struck.reached_s,
             "blows.start_time_s of the first blow with which the sum of blows.work_j in the order of start reaches the work",
         ),
-        "Time to reach the work asked for: start of the blow within whose window it is reached; null where it is not.",
+        "Time to reach the given work: start of the blow within whose window it is reached; null if it is not.",
     ),
     target(
         "first_impact_time_s",
@@ -386,7 +386,7 @@ pub(super) const FIGURES: &[CastingFigure<'static>] = &[
         "energy_residual",
         "1",
         Run(RunTotals::energy_residual.name),
-        "Audit: what the books of energy miss, over the work put in.",
+        "Audit: error of the energy balance, over the supplied work.",
     )
     .signed()
     .status(),
@@ -394,12 +394,12 @@ pub(super) const FIGURES: &[CastingFigure<'static>] = &[
         "chamber_residual",
         "1",
         Run(RunTotals::chamber_residual.name),
-        "Audit: what the books of a chamber's gas miss, the largest over the chambers.",
+        "Audit: error of the balance of a chamber's gas, the largest over the chambers.",
     )
     .status(),
 ];
 
 const STRUCK_BLOWS: &str = "struck_blows";
 const BLOW_ENERGY_MEAN: &str = "blow_energy_mean_j";
-/// Name of the column that is there only where a work is asked for.
+/// Name of the column that is there only where a work is requested.
 pub(super) const TIME_TO_WORK: &str = "time_to_work_s";

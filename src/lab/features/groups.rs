@@ -1,4 +1,4 @@
-//! Which rows of the table belong together: as numbers per reason, and all reasons together.
+//! Groups of dependent rows: a number per reason, and one for all reasons.
 
 use std::collections::HashMap;
 use std::hash::Hash;
@@ -11,7 +11,7 @@ use decore_quantity::{CellColumn, Kind, Value, named};
 use decore_statistics::design::{GroupKind, GroupSpan};
 
 named! {
-    /// A reason for which rows are kept together only where that is asked for: such groups are few and large.
+    /// A reason for which rows are kept together only where requested: such groups are few and large.
     #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
     pub enum GroupBy {
         /// Rows on one machine.
@@ -21,14 +21,14 @@ named! {
     }
 }
 
-/// What is known of a run by the time that all are read.
+/// Keys of a run, known when all runs are read.
 #[derive(Debug, Clone, PartialEq)]
 pub(super) struct RunKeys {
-    /// Its row in the design.
+    /// Row in the design.
     pub row: u64,
-    /// What stands for the values of its factors.
+    /// Key of the values of its factors.
     pub point: ValuesKey,
-    /// Its machine as the factor that chooses it says; empty where none does.
+    /// Machine, as the value of the factor that selects it; empty without such a factor.
     pub machine: String,
 }
 
@@ -49,7 +49,7 @@ pub(super) struct GroupKey {
     numbers: Vec<Option<usize>>,
 }
 
-/// Why runs belong together.
+/// Reason why runs belong together.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 enum Reason {
     Design(GroupKind),
@@ -58,7 +58,7 @@ enum Reason {
 }
 
 impl Reason {
-    /// The kinds that designs know, then what the values say.
+    /// Kinds of the designs first, then groups from the values.
     const ALL: [Self; 5] = [
         Self::Design(GroupKind::Trajectory),
         Self::Design(GroupKind::BasePoint),
@@ -102,7 +102,7 @@ impl Reason {
 }
 
 impl Groups {
-    /// The groups of runs, given those of the design.
+    /// Groups of runs, from the groups of the design.
     pub fn of(runs: &[RunKeys], spans: &[GroupSpan], group_by: &[GroupBy]) -> Self {
         let mut bound = Forest::new(runs.len());
         let mut keys = Vec::new();
@@ -208,7 +208,7 @@ impl Forest {
         self.0[one.max(other)] = one.min(other);
     }
 
-    /// Joins members with equal keys; tells who has one.
+    /// Joins members with equal keys; returns which members have one.
     fn join_equal<K: Eq + Hash>(&mut self, keys: impl Iterator<Item = Option<K>>) -> Vec<bool> {
         let mut first = HashMap::new();
         let join = |(member, key): (usize, Option<K>)| match key {
@@ -222,7 +222,7 @@ impl Forest {
         keys.enumerate().map(join).collect()
     }
 
-    /// Joins runs that spans put in one group; tells who is in one.
+    /// Joins runs in one group of the spans; returns which runs are in one.
     fn join_spans<'s>(&mut self, runs: &[RunKeys], spans: impl Iterator<Item = &'s GroupSpan>) -> Vec<bool> {
         let mut member = vec![false; runs.len()];
         let mut first: HashMap<u64, usize> = HashMap::new();

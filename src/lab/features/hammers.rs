@@ -1,4 +1,4 @@
-//! Which hammer strikes which casting.
+//! Castings of the hammers.
 
 use super::error::FeaturesError;
 use super::plan::{Reads, factor_column};
@@ -6,7 +6,7 @@ use decore_dataset::{DatasetInfo, DatasetReader};
 use decore_quantity::{Cell, Value};
 use decore_study::DesignOutline;
 
-/// Where a hammer's casting is said.
+/// How a study gives the casting of a hammer.
 enum Said {
     /// The same in all rows: its place among the castings.
     Always(usize),
@@ -14,7 +14,7 @@ enum Said {
     Factor(usize),
 }
 
-/// Which casting each hammer strikes, in the order of the hammers.
+/// Casting of each hammer, in the order of the hammers.
 pub(super) struct Assignment<'a> {
     info: &'a DatasetInfo,
     said: Vec<Said>,

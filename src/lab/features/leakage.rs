@@ -1,7 +1,7 @@
-//! Columns that follow from targets by arithmetic: who trains on such a column trains on the answer.
+//! Columns that follow from targets by arithmetic. A predictor trained on such a column is trained on the answer.
 //!
-//! The formulas of the table say what they know; a factor that holds a former result, in other units perhaps, is found by its
-//! numbers alone: a line through another column, or a product or ratio of two.
+//! The table's formulas show some of them. A factor with a former result, perhaps in other units, is found from its numbers: a linear
+//! function of another column, or a product or ratio of two.
 
 use std::cmp::Ordering;
 
@@ -9,7 +9,7 @@ use super::column::{FeatureColumn, Role};
 
 /// Fewest rows with all values, and fewest different values of a column: a line goes through any two points.
 const LEAST: usize = 8;
-/// Largest departure from a rule, relative to the range of the column: what rounding leaves.
+/// Largest deviation from a rule through rounding, relative to the range of the column.
 const ROUNDING: f64 = 1e-9;
 /// Rows that a rule is first tried on: most fail there.
 const TRIED: usize = 4;
@@ -19,16 +19,16 @@ const TRIED: usize = 4;
 pub struct Derived {
     /// The column.
     pub column: String,
-    /// Those that it follows from.
+    /// Columns from which it follows.
     pub from: Vec<String>,
-    /// How.
+    /// Rule in words.
     pub rule: String,
 }
 
 /// A product or ratio of a target and another number.
 type Rule = fn(f64, f64) -> f64;
 
-/// Numbers of a column by row; NaN where there is none.
+/// Numbers of a column by row; NaN if there is none.
 struct Numbers<'a> {
     column: &'a FeatureColumn,
     values: Vec<f64>,
@@ -36,13 +36,13 @@ struct Numbers<'a> {
     allowed: f64,
 }
 
-/// Finds columns that are a linear function of a target, or a constant times its product with, or ratio to, another column. A
-/// pair is told once: of two targets the later one follows from the earlier. What ties two targets and a factor is told of both sides.
+/// Finds columns that are a linear function of a target, or a constant times its product or ratio with another column. A pair is reported
+/// once: the later of two targets follows from the earlier one. A relation of two targets and a factor is reported for both.
 pub fn find(columns: &[FeatureColumn]) -> Vec<Derived> {
     let numbers: Vec<Numbers<'_>> = columns.iter().filter_map(Numbers::of).collect();
     let mut found: Vec<Derived> = Vec::new();
     for (place, own) in numbers.iter().enumerate() {
-        // A factor may follow from any target and the factors before it, a target from what is before it.
+        // A factor may follow from any target and earlier factors, a target only from earlier columns.
         let is_known = |other: usize| {
             let is_answer = numbers[other].column.role == Role::Target && own.column.role != Role::Target;
             other < place || is_answer
@@ -57,7 +57,7 @@ pub fn find(columns: &[FeatureColumn]) -> Vec<Derived> {
 }
 
 impl<'a> Numbers<'a> {
-    /// Columns whose numbers are no measurement by themselves are not looked at; nor are those with few different values.
+    /// Columns whose numbers are not a measurement by themselves are not looked at; nor are those with few different values.
     fn of(column: &'a FeatureColumn) -> Option<Self> {
         if !matches!(column.role, Role::Factor | Role::Target) {
             return None;
@@ -111,7 +111,7 @@ impl<'a> Numbers<'a> {
         let rows = self.values.iter().zip(&target.values).zip(&other.values);
         let ratios = || {
             let ratio = |((own, target), other): ((&f64, &f64), &f64)| own / rule(*target, *other);
-            // Rows of zeros say nothing.
+            // Rows of zeros carry no information.
             rows.clone().map(ratio).filter(|ratio| ratio.is_finite() && *ratio != 0.0)
         };
         let first = ratios().next()?;
@@ -165,7 +165,7 @@ mod tests {
     #[test]
     fn independent_columns_are_not_accused() {
         assert_eq!(find(&table()), []);
-        // Nearly a function of a target is a good predictor, not a copy, and a large constant beside it hides nothing.
+        // A near function of a target is a good predictor, not a copy. A large added constant hides nothing.
         assert_eq!(planted(Role::Factor, |at| 1e9 + at(2) * (1.0 + 1e-2 * at(0))), []);
         assert_eq!(planted(Role::Factor, |at| at(2) * (1.0 + 1e-6 * at(0))), []);
         // A function of a factor is not the answer; sums of two columns are not looked for.

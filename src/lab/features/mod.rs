@@ -1,4 +1,4 @@
-//! The flat table that a predictor is trained on: what the tables of a dataset say of each casting in each run, in one row.
+//! Flat table for training predictors: one row per casting and run, from all tables of a dataset.
 //!
 //! ```text
 //! signals --octaves--> SignalRows --+
@@ -9,8 +9,8 @@
 //!                                             +--croissant, card--> what the files are, for catalogues and for readers
 //! ```
 //!
-//! What needs time signals (the casting's acceleration, root mean squares of its velocity in bands) is in the table for the runs
-//! of which the study keeps the means of that velocity; a dataset without them has no such columns.
+//! Figures that need time signals (the casting's acceleration, RMS velocities in bands) exist for runs whose means of that velocity are
+//! stored. Other datasets have no such columns.
 
 mod card;
 mod column;

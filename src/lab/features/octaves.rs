@@ -1,4 +1,4 @@
-//! Root mean squares in octave bands: those of IEC 61260-1, base ten.
+//! Root mean squares in the octave bands of IEC 61260-1, base ten.
 
 use std::f64::consts::PI;
 
@@ -18,7 +18,7 @@ pub(super) const HIGHEST: f64 = 0.8;
 /// An octave band.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct Octave {
-    /// Its nominal midband frequency in Hz.
+    /// Nominal midband frequency in Hz.
     pub nominal_hz: f64,
     /// Exponents of the octave ratio `G = 10^0.3` at its edges, `1000 G^x` Hz.
     pub edges: [f64; 2],
@@ -33,7 +33,7 @@ impl Octave {
         })
     }
 
-    /// Its edges in Hz. No line of a spectrum whose resolution is a ratio of whole numbers lies on one.
+    /// Edges in Hz. No line of a spectrum lies on an edge if its resolution is a ratio of whole numbers.
     pub fn edges_hz(self) -> [f64; 2] {
         self.edges.map(|exponent| libm::pow(10.0, 3.0 + 0.3 * exponent))
     }

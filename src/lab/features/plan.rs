@@ -1,4 +1,4 @@
-//! Which columns the table has and which cells of a run each of them is made from.
+//! Columns of the table, and the sources of their cells.
 
 use super::column::{FeatureColumn, Role};
 use super::figures::{CastingFigure, Combine, Origin};
@@ -23,7 +23,7 @@ impl<'a> Reads<'a> {
         })
     }
 
-    /// Their names in the order of their places.
+    /// Names in the order of their places.
     pub fn names(&self) -> &[&'a str] {
         &self.0
     }
@@ -36,7 +36,7 @@ pub(super) fn factor_column<'a>(reader: &'a DatasetReader, factor: &str) -> Opti
     reader.columns(TableName::Runs).iter().find(of_it)
 }
 
-/// Where the cells of a column come from; places are those of [`Reads`].
+/// Source of a column's cells; places refer to [`Reads`].
 enum CellSource {
     /// The name of the casting.
     CastingName,
@@ -44,11 +44,11 @@ enum CellSource {
     Run(usize),
     /// A cell of the run for each casting.
     Castings(Vec<Option<usize>>),
-    /// Cells of the run for each hammer; those of hammers on the casting become one.
+    /// Cells of the run for each hammer; the hammers of the casting are combined.
     Hammers(Vec<Option<usize>>, Combine),
     /// The number of hammers on the casting.
     HammerCount,
-    /// What the blows add up to.
+    /// Figure summed over the blows.
     Blows(fn(&Struck) -> Option<f64>),
     /// The same as a number of blows.
     BlowCount(fn(&Struck) -> u64),
@@ -68,13 +68,13 @@ pub(super) struct View<'a> {
     pub cells: &'a [Cell<'a>],
     /// Name of the casting.
     pub name: &'a str,
-    /// Its place among the castings.
+    /// Place among the castings.
     pub casting: usize,
     /// The casting of each hammer.
     pub castings: &'a [usize],
-    /// What the blows on the casting add up to.
+    /// Sums over the blows on the casting.
     pub struck: Struck,
-    /// What its heave velocity says, where it is kept.
+    /// Figures of the heave velocity, if it is stored.
     pub heave: Option<&'a HeaveFigures>,
 }
 
@@ -167,7 +167,7 @@ impl<'a> Planned<'a> {
         self.plans.push(ColumnPlan { column, source: CellSource::Run(reads.place(&description.name)) });
     }
 
-    /// The factors, with what the study says of their ranges.
+    /// Adds the factors, with their ranges in the study.
     pub fn add_factors(&mut self, reads: &mut Reads<'a>, outline: &DesignOutline) {
         let reader = self.reader;
         let factors = reader.columns(TableName::Runs).iter().filter(|column| column.group == ColumnGroup::Factor);
@@ -273,7 +273,7 @@ impl<'a> Planned<'a> {
     }
 }
 
-/// What a column of a figure is called.
+/// Title of a figure's column.
 struct ColumnTitle {
     name: String,
     description: String,

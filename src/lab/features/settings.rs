@@ -1,4 +1,4 @@
-//! What a table of features is to hold, and how it is written.
+//! Settings of a table of features: contents and format.
 
 use serde::Serialize;
 
@@ -28,7 +28,7 @@ impl Format {
     }
 }
 
-/// What the table is to hold.
+/// Contents of the table.
 #[derive(Debug, Clone, PartialEq)]
 pub struct FeatureSettings {
     /// Energy in J from which a blow counts in the dose. Default 0: every blow that reaches the casting.

@@ -1,4 +1,4 @@
-//! What the kept means of a casting's heave velocity say, run by run.
+//! Figures from the stored means of a casting's heave velocity, run by run.
 
 use std::collections::HashMap;
 
@@ -40,14 +40,14 @@ impl Means {
 pub(super) struct SignalRows {
     /// Interval of the means in s; `None`: there are none.
     pub interval_s: Option<f64>,
-    /// Places of the castings whose heave velocity is there.
+    /// Places of the castings with a stored heave velocity.
     castings: Vec<usize>,
-    /// Of each row, figures of those castings.
+    /// Figures of these castings in each row.
     rows: HashMap<u64, Vec<HeaveFigures>>,
 }
 
 impl SignalRows {
-    /// Reads the table of signals; memory is that of one run's means.
+    /// Reads the table of signals; needs memory for the means of one run.
     ///
     /// # Errors
     /// Those of reading.
@@ -75,7 +75,7 @@ impl SignalRows {
     }
 
     fn take(&mut self, run: &Means) -> Result<(), FeaturesError> {
-        // A run of one instant says nothing.
+        // A run of one instant carries no information.
         let Some(interval_s) = run.interval_s else { return Ok(()) };
         let figures = run.velocities.iter().map(|values| figures(values, interval_s)).collect();
         self.rows.insert(run.row, figures);
@@ -83,7 +83,7 @@ impl SignalRows {
         Ok(())
     }
 
-    /// The figures of a casting, by its place, in a row; `None` where its signals are not kept.
+    /// The figures of a casting, by its place, in a row; `None` if its signals are not kept.
     pub fn of(&self, row: u64, casting: usize) -> Option<&HeaveFigures> {
         let place = self.castings.iter().position(|kept| *kept == casting)?;
         self.rows.get(&row)?.get(place)
@@ -167,8 +167,9 @@ fn plain(interval_s: f64) -> [FeatureColumn; PLAIN] {
             "m/s",
             (
                 format!(
-                    "Root mean square of the means of the casting's heave velocity over {interval_s} s, over the whole run, at all \
-                     frequencies and without correction: it does not follow from those in bands."
+                    "Root mean square of the means of the casting's heave velocity over {interval_s} s, over the whole \
+                     run, at all frequencies and without correction: it cannot be computed from the values in \
+                     bands."
                 ),
                 format!("root of the mean of the squares of the run's values of {velocity}"),
             ),
@@ -212,7 +213,7 @@ fn in_band(band: Octave, interval_s: f64) -> FeatureColumn {
 mod tests {
     use super::*;
 
-    /// At a quarter of the sampling rate all differences of a cosine have its amplitude; those of a ramp its slope.
+    /// At a quarter of the sampling rate all differences of a cosine have its amplitude; differences of a ramp have its slope.
     #[test]
     fn analytic_accelerations() {
         let interval_s = 0.25;

@@ -1,5 +1,5 @@
-//! Training, validation and test rows: a number from (seed, group) alone decides, so that no group is in two of them, and that a
-//! group stays where it was when the dataset gets more rows.
+//! Training, validation and test rows. A number from (seed, group) decides alone, so that no group is in two parts, and a group keeps its
+//! part when the dataset grows.
 
 use super::column::{FeatureColumn, Role};
 use super::error::FeaturesError;
@@ -9,7 +9,7 @@ use decore_quantity::{CellColumn, Kind, Value};
 
 /// Stream of the numbers that decide.
 const STREAM: u64 = 0x7370_6c69_7473;
-/// How far the shares may be from 1 together: what rounding of decimals leaves.
+/// Largest deviation of the sum of the shares from 1 through rounding of decimals.
 const ROUNDING: f64 = 1e-9;
 
 /// Shares of the groups that go into the parts.

@@ -1,4 +1,4 @@
-//! What the blows on one casting add up to, read once in the order of their start.
+//! Sums over the blows on one casting, in the order of their start.
 
 use std::collections::HashMap;
 
@@ -39,28 +39,28 @@ impl RunningMoments {
     }
 }
 
-/// What the blows on one casting in one run add up to.
+/// Sums over the blows on one casting in one run.
 #[derive(Debug, Clone, Copy, Default, PartialEq)]
 pub(super) struct Struck {
     /// Blows that reached the casting.
     pub blows: u64,
     /// Blows that did not.
     pub blank: u64,
-    /// Energy of those that did, J.
+    /// Energy of such blows, J.
     pub energy: RunningMoments,
-    /// Their largest forces, N.
+    /// Largest forces, N.
     pub force: RunningMoments,
     /// Work within the windows of all blows, J.
     pub work_j: f64,
     /// Energy of the blows at or over the threshold, J.
     pub dose_j: f64,
-    /// Number of those.
+    /// Number of such blows.
     pub dose_blows: u64,
-    /// Start of the blow with which the work reached what was asked for, s.
+    /// Start of the blow in which the work reaches the given value, s.
     pub reached_s: Option<f64>,
 }
 
-/// What is counted and timed.
+/// Thresholds for the counts and times.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct Thresholds {
     /// Energy from which a blow counts as a dose, J.
@@ -135,7 +135,7 @@ impl StruckRows {
         Ok(Self(rows))
     }
 
-    /// The blows on a casting, by its place, in a row; none where the table has none.
+    /// The blows on a casting, by its place, in a row; none if the table has none.
     pub fn of(&self, row: u64, casting: usize) -> Struck {
         self.0.get(&row).and_then(|castings| castings.get(casting)).copied().unwrap_or_default()
     }

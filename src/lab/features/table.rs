@@ -1,4 +1,4 @@
-//! From the tables of a dataset to the table of features: a row per run and casting.
+//! Builds the table of features from the tables of a dataset: a row per run and casting.
 
 use super::column::{FeatureColumn, Role};
 use super::error::FeaturesError;
@@ -22,7 +22,7 @@ pub struct Features {
     pub columns: Vec<FeatureColumn>,
     /// Rows of the dataset: the table has one for each of their castings.
     pub runs: u64,
-    /// Those of them that are done.
+    /// Number of runs that are done.
     pub done: u64,
     /// Columns whose numbers follow from targets by arithmetic.
     pub derived: Vec<Derived>,
@@ -30,7 +30,7 @@ pub struct Features {
     pub signal_interval_s: Option<f64>,
 }
 
-/// Builds the table of a dataset. The dataset may still be written: what is there counts.
+/// Builds the table of a dataset. If the dataset is still being written, its present rows count.
 ///
 /// # Errors
 /// Those of reading, [`FeaturesError::NoRows`], [`FeaturesError::Casting`], [`FeaturesError::Twice`], [`FeaturesError::NoGroups`] and
@@ -105,7 +105,7 @@ fn group_columns(
     Ok(columns)
 }
 
-/// Reads what the groups of runs follow from.
+/// Reads the data from which the groups of runs follow.
 struct KeyReader {
     /// Places of the factors among the cells.
     factors: Vec<usize>,

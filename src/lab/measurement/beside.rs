@@ -1,4 +1,4 @@
-//! A measured channel beside the calculated signal.
+//! Compares a measured channel with the calculated signal.
 
 use schemars::JsonSchema;
 use serde::Serialize;
@@ -26,7 +26,7 @@ const LEAST_CORRELATION: f64 = 0.5;
 /// Share of the variance that is not common to both, over that with the sign turned, up to which the sign seems to be turned.
 const REVERSED_SHARE: f64 = 0.5;
 
-/// What is done to both signals before they are compared.
+/// Treatment of both signals before the comparison.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Treatment {
     /// Cut-off frequency of the low-pass in Hz; `None`: signals as they are.
@@ -49,11 +49,11 @@ pub struct Compared {
 /// Both signals over a time in which the measurement has no gap.
 #[derive(Debug, Clone, PartialEq, Serialize, JsonSchema)]
 pub struct Piece {
-    /// Its begin, s.
+    /// Begin, s.
     pub from_s: f64,
-    /// Its end, s.
+    /// End, s.
     pub to_s: f64,
-    /// Which of the calculated instants is its first. No part of the JSON.
+    /// Index of its first instant among the calculated ones. Not in the JSON.
     #[serde(skip)]
     pub first: usize,
     /// The calculated signal as it was compared, at each instant of it. No part of the JSON.
@@ -64,20 +64,20 @@ pub struct Piece {
     pub measured: Vec<f64>,
 }
 
-/// A measured channel beside the calculated signal, over the time that both have.
+/// Comparison of a measured channel with the calculated signal, over the time that both cover.
 #[derive(Debug, Clone, PartialEq, Serialize, JsonSchema)]
 pub struct MeasuredBeside {
     /// Time in s by which the measurement's clock is ahead of the calculated time.
     pub offset_s: f64,
-    /// Correlation coefficient at that offset; null where it was given.
+    /// Correlation coefficient at that offset; null if it was given.
     pub correlation: Option<f64>,
-    /// Why the offset, and with it all figures, may be false.
+    /// Reasons to doubt the offset, and with it all figures.
     pub warnings: Vec<String>,
     /// Cut-off frequency of the low-pass on both in Hz; null: none.
     pub low_pass_hz: Option<f64>,
     /// Begin of the time in common, s.
     pub from_s: f64,
-    /// Its end, s.
+    /// End, s.
     pub to_s: f64,
     /// Calculated times in s of single-sample spikes in the measurement; they are marked and left as they are.
     pub spikes_s: Vec<f64>,
@@ -87,7 +87,7 @@ pub struct MeasuredBeside {
     pub rms: Compared,
     /// Largest absolute values.
     pub peak: Compared,
-    /// Frequencies in Hz of the highest line in the longest piece, the mean left out; null where a signal has none, and where that
+    /// Frequencies in Hz of the highest line in the longest piece, the mean left out; null if a signal has none, and where that
     /// piece has less than 64 samples.
     pub frequency_hz: Option<Compared>,
 }
@@ -99,10 +99,9 @@ impl MeasuredBeside {
     }
 }
 
-/// Puts a measurement beside `calculated`, which has a value every `interval_s` from 0 on: the measurement is brought to that
-/// interval (linearly between its samples), both pass the same zero-phase low-pass, the offset is where they correlate best, and figures
-/// are taken over the time in common. Where two samples are further apart than five median intervals the measurement has a gap: nothing
-/// is compared there.
+/// Compares a measurement with `calculated`, which has a value every `interval_s` from 0 on. The measurement is interpolated linearly to
+/// that interval. Both pass the same zero-phase low-pass. The offset is the shift with the best correlation. Figures use the common time.
+/// If two samples are further apart than five median intervals, the measurement has a gap, which is not compared.
 ///
 /// # Errors
 /// [`MeasurementError::Long`], [`MeasurementError::Apart`]; signals too short for the filter, a cut-off above half of the sampling rate.
@@ -151,7 +150,7 @@ pub fn beside(
     })
 }
 
-/// What is doubtful of an offset that was found for a measurement that begins at `first_s`.
+/// Returns reasons to doubt an offset that was found for a measurement that begins at `first_s`.
 fn warnings(Offsets { upright, reversed }: &Offsets, first_s: f64) -> Vec<String> {
     let mut warnings = Vec::new();
     if upright.correlation < LEAST_CORRELATION {
@@ -163,8 +162,8 @@ fn warnings(Offsets { upright, reversed }: &Offsets, first_s: f64) -> Vec<String
     let apart = |offset: &Offset| 1.0 - offset.correlation.max(0.0).powi(2);
     if apart(reversed) < REVERSED_SHARE * apart(upright) {
         warnings.push(format!(
-            "with its sign turned the channel correlates better, by {:.4} at an offset of {:.6} s: is the sensor mounted the other way \
-             round? (a minus before the unit turns the sign: SIGNAL=COLUMN:-UNIT)",
+            "with its sign turned the channel correlates better, by {:.4} at an offset of {:.6} s: is the sensor \
+             mounted the other way round? (a minus before the unit changes the sign: SIGNAL=COLUMN:-UNIT)",
             reversed.correlation,
             first_s + reversed.time_s
         ));
@@ -202,7 +201,7 @@ fn median_interval_s(times_s: &[f64]) -> f64 {
     if intervals.is_empty() { 0.0 } else { *intervals.select_nth_unstable_by(middle, f64::total_cmp).1 }
 }
 
-/// What both have, one after the other; `measured` at the calculated instants from the first on.
+/// Returns the pieces that both signals cover, in order. `measured`: values at the calculated instants, from the first one.
 fn pieces(measured: &[Option<f64>], calculated: &[f64], interval_s: f64) -> Vec<Piece> {
     let (mut pieces, mut first) = (Vec::new(), 0);
     for run in measured.chunk_by(|a, b| a.is_some() == b.is_some()) {
@@ -241,7 +240,7 @@ impl Compared {
         [rms, peak].map(|of| Self::of(of(&ours), of(&theirs)))
     }
 
-    /// Frequencies in Hz of the highest lines; `None` where a signal has none, and of too few samples.
+    /// Frequencies in Hz of the highest lines; `None` if a signal has none, and of too few samples.
     pub(super) fn frequency_hz([ours, theirs]: SignalPair<'_>, interval_s: f64) -> Option<Self> {
         if ours.len() < LEAST_SAMPLES {
             return None;

@@ -1,17 +1,17 @@
-//! Why a measurement cannot stand beside a signal.
+//! Reasons why a measurement cannot be compared with a signal.
 
 use decore_statistics::signal::SignalError;
 
-/// Why a measurement cannot stand beside a signal.
+/// Reason why a measurement cannot be compared with a signal.
 #[derive(Debug, thiserror::Error)]
 pub enum MeasurementError {
-    /// The file cannot be read, or a cell is no number.
+    /// The file cannot be read, or a cell is not a number.
     #[error("{0}")]
     File(String),
     /// Times do not rise.
     #[error("{place}: time {time_s} s is not after the one before, {before_s} s; times of a measurement rise")]
     Order {
-        /// Where, in words.
+        /// Place of the fault, in words.
         place: String,
         /// The time.
         time_s: f64,
@@ -20,13 +20,13 @@ pub enum MeasurementError {
     },
     /// A measurement over a time that is too long.
     #[error(
-        "the measurement goes from {from_s} to {to_s} s, which at {interval_s} s a sample are more than {most} samples: cut out the part \
-         that is to be compared (are the times in s? `--time-column COLUMN:ms` reads ms)"
+        "the measurement goes from {from_s} to {to_s} s, which at {interval_s} s a sample are more than {most} samples: \
+         keep only the part that you want to compare (are the times in s? `--time-column COLUMN:ms` reads ms)"
     )]
     Long {
-        /// Its first time.
+        /// First time of the measurement.
         from_s: f64,
-        /// Its last time.
+        /// Last time of the measurement.
         to_s: f64,
         /// Interval of the calculated signal.
         interval_s: f64,
@@ -43,7 +43,7 @@ pub enum MeasurementError {
         offset_s: f64,
         /// Begin of the measurement on the calculated time.
         from_s: f64,
-        /// Its end.
+        /// End of the row.
         to_s: f64,
         /// End of the calculated signal.
         duration_s: f64,

@@ -1,5 +1,5 @@
-//! A measurement beside a calculated signal: read from a file, brought onto its time, filtered alike, compared by what the field
-//! compares by.
+//! Compares a measurement with a calculated signal: reads it from a file, aligns it in time, filters both alike and compares the usual
+//! figures.
 //!
 //! ```text
 //! CSV, Parquet --read--> Measured --+

@@ -1,4 +1,4 @@
-//! A measurement beside the calculated signal, phase by phase.
+//! Compares a measurement with the calculated signal, phase by phase.
 
 use std::ops::Range;
 
@@ -12,13 +12,13 @@ use decore_statistics::signal::{Density, welch};
 
 /// Longest segment of a density in s, and the shortest that is worth one: its lines are as far apart as one over it.
 const SEGMENT_S: [f64; 2] = [0.02, 0.5];
-/// Frequency in Hz up to which densities are told: as far as the paper's figures go.
+/// Largest frequency in Hz of printed densities, as in the paper's figures.
 const MOST_FREQUENCY_HZ: f64 = 1000.0;
-/// Lines that are told of each signal.
+/// Number of printed lines of each signal.
 const MOST_LINES: usize = 3;
 /// Power of a line over the highest one's, below which it is none.
 const LEAST_POWER: f64 = 0.01;
-/// Two lines are the same if they are no further apart than this share of their frequency, or than the density tells apart.
+/// Two lines are the same if their distance is at most this share of their frequency, or one line of the density.
 const SAME_LINE: f64 = 0.1;
 
 /// Both signals over a phase, as far as both have it.
@@ -26,21 +26,21 @@ const SAME_LINE: f64 = 0.1;
 pub struct PhaseBeside {
     /// The phase.
     pub phase: PhaseKind,
-    /// Begin of what both have of it, s.
+    /// Begin of the common part, s.
     pub from_s: f64,
-    /// Its end, s.
+    /// End, s.
     pub to_s: f64,
     /// Share of the phase that both have: gaps of the measurement do not count.
     pub covered: f64,
-    /// Begin and end in s of the longest time without a gap in it: what frequencies and densities are of.
+    /// Begin and end in s of its longest part without a gap, for frequencies and densities.
     pub longest_s: [f64; 2],
     /// Root mean squares.
     pub rms: Compared,
     /// Largest absolute values.
     pub peak: Compared,
-    /// Frequencies in Hz of the highest line of the amplitudes, the mean left out; null where a signal has none.
+    /// Frequencies in Hz of the highest line of the amplitudes, the mean left out; null if a signal has none.
     pub frequency_hz: Option<Compared>,
-    /// Power densities; null where the phase is too short for two segments of 0.02 s, each half over the other.
+    /// Power densities; null if the phase is too short for two segments of 0.02 s, each half over the other.
     pub density: Option<DensityBeside>,
 }
 
@@ -62,11 +62,11 @@ pub struct DensityBeside {
 /// A line of one density, and the one of the other that is the same.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, JsonSchema)]
 pub struct LineBeside {
-    /// Frequency in Hz in the calculated signal; null where it has none there.
+    /// Frequency in Hz in the calculated signal; null if it has none there.
     pub calculated_hz: Option<f64>,
     /// In the measured one.
     pub measured_hz: Option<f64>,
-    /// `(calculated - measured) / measured`; null where one has none.
+    /// `(calculated - measured) / measured`; null if one has none.
     pub difference: Option<f64>,
 }
 
@@ -75,20 +75,20 @@ pub struct LineBeside {
 pub struct MissingPhase {
     /// The phase.
     pub phase: PhaseKind,
-    /// Why.
+    /// Reason.
     pub reason: String,
 }
 
-/// What both signals were in each phase.
+/// Both signals in each phase.
 #[derive(Debug, Clone, Default, PartialEq, Serialize, JsonSchema)]
 pub struct Phases {
     /// The phases that both have.
     pub phases: Vec<PhaseBeside>,
-    /// Those that the row or the measurement does not have.
+    /// Phases that are missing in the row or the measurement.
     pub missing_phases: Vec<MissingPhase>,
 }
 
-/// Compares both signals over the phases that a row had; `interval_s`: that of both.
+/// Compares both signals over the phases of a row; `interval_s`: the interval of both.
 ///
 /// # Errors
 /// Those of transforms, of which none is known.
@@ -128,7 +128,7 @@ pub fn phases(beside: &MeasuredBeside, interval_s: f64, had: &[Phase]) -> Result
     Ok(found)
 }
 
-/// What a piece has of some samples: which they are, and both signals there.
+/// Returns the part of a piece within some samples: their range and both signals.
 fn within<'a>(piece: &'a Piece, samples: &Range<usize>) -> Option<(Range<usize>, SignalPair<'a>)> {
     let end = piece.first + piece.measured.len();
     let [from, to] = [samples.start, samples.end].map(|at| at.clamp(piece.first, end));
@@ -136,7 +136,7 @@ fn within<'a>(piece: &'a Piece, samples: &Range<usize>) -> Option<(Range<usize>,
     (from < to).then(|| (from..to, [&piece.calculated[part.clone()], &piece.measured[part]]))
 }
 
-/// The densities of both signals over segments of half of what they have; `None` where these are too short.
+/// Densities of both signals over segments of half their length; `None` if these are too short.
 fn density([ours, theirs]: SignalPair<'_>, interval_s: f64) -> Result<Option<DensityBeside>, MeasurementError> {
     let [least_s, most_s] = SEGMENT_S;
     let samples = |time_s: f64| (time_s / interval_s).round() as usize;

@@ -1,4 +1,4 @@
-//! A measured channel out of a file.
+//! Reads a measured channel from a file.
 
 use std::path::Path;
 
@@ -8,7 +8,7 @@ use decore_study::{TableRow, column_rows};
 /// A unit in which channels and their times are recorded.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Unit {
-    /// Its name, e.g. `mm/s`.
+    /// Name, e.g. `mm/s`.
     pub name: &'static str,
     /// The SI unit of the same quantity.
     pub si: &'static str,
@@ -91,7 +91,7 @@ pub fn read(file: &Path, time: (&str, Unit), channels: &[(&str, Unit)]) -> Resul
     channels.iter().enumerate().map(channel).collect()
 }
 
-/// A cell in the unit of the SI; `None` where it is none, or beyond all numbers.
+/// A cell in the unit of the SI; `None` if it is none, or beyond all numbers.
 fn number(row: &TableRow, cell: usize, unit: Unit) -> Option<f64> {
     let number = row.cells.get(cell)?.parse::<f64>().ok()?;
     Some(unit.factor * number).filter(|number| number.is_finite())
@@ -104,7 +104,7 @@ fn fault(file: &Path, (at, row): (usize, &TableRow), (cell, column): (usize, &st
     } else if found.replacen(',', ".", 1).parse::<f64>().is_ok_and(f64::is_finite) {
         "a comma is read as the decimal point between semicolons or tabs, where no number has a point"
     } else if at == 0 {
-        "a row of units under the header is to be taken out"
+        "remove a row of units below the header"
     } else {
         "a sample that is missing is left out with its time"
     };

@@ -1,11 +1,11 @@
-//! Which of some places are worth a run.
+//! Choice of the most useful places for a run.
 
 use nalgebra::DMatrix;
 
 use decore_math::special::normal_cdf;
 use decore_statistics::regression::{GaussianProcess, Points, Prediction, RegressionError};
 
-/// Which end of an output is meant.
+/// End of an output.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Side {
     /// Small values: an optimum that is a least value, a limit that is not to be exceeded.
@@ -24,13 +24,13 @@ impl Side {
     }
 }
 
-/// Share of the largest variance below which what a candidate does not know is rounding.
+/// Share of the largest variance below which the variance of a candidate is rounding.
 const ROUNDING: f64 = 1e-12;
 
-/// An output that is to be known.
+/// An output to learn.
 #[derive(Debug, Clone)]
 pub struct Learned<'a> {
-    /// Its process.
+    /// Process of the output.
     pub process: &'a GaussianProcess,
     /// Probability of each candidate that a run there has the output.
     pub success: Vec<f64>,
@@ -38,10 +38,10 @@ pub struct Learned<'a> {
     pub boundary: Option<f64>,
 }
 
-/// What is not known of an output at the candidates.
+/// Unknown part of an output at the candidates.
 struct Unknown<'a> {
     of: &'a Learned<'a>,
-    /// What is expected there.
+    /// Expected values there.
     means: Vec<f64>,
     /// By how much squared errors are larger there than the process expects.
     scales: Vec<f64>,
@@ -49,12 +49,12 @@ struct Unknown<'a> {
     noise: f64,
 }
 
-/// The candidates, in order, that leave the least variance over all candidates when they are run: each takes off
-/// `sum_r w_r c(r, x)^2 / (c(x, x) + noise)`, `c` the covariances with those before it known (integrated variance, as the active
-/// learning of Cohn, J. Artif. Intell. Res. 4, 1996, for Gaussian processes), times the probability that a run there has the output;
-/// each output relative to its variance over the candidates. `w` is what errors of rows left out near there say of the variance
-/// ([`GaussianProcess::local_scale`]): lengths are the same everywhere, an output may not be. For a boundary it is the density of the
-/// expected value there (targeted integrated variance: Picheny, Ginsbourger, Roustant, Haftka and Kim, J. Mech. Des. 132, 2010).
+/// Chooses the candidates, in order, that leave the least variance over all candidates. Each run reduces it by `sum_r w_r c(r, x)^2 / (c(x,
+/// x) + noise)`, `c` the covariances given the earlier ones (integrated variance: active learning of Cohn, J. Artif. Intell. Res. 4, 1996,
+/// for Gaussian processes), times the probability that a run there has the output. Each output is relative to its variance over the
+/// candidates. `w` is the local variance by the errors of left-out rows ([`GaussianProcess::local_scale`]), because lengths are the same
+/// everywhere but an output may not be. For a boundary, `w` is the density of the expected value there (targeted integrated variance:
+/// Picheny, Ginsbourger, Roustant, Haftka and Kim, J. Mech. Des. 132, 2010).
 ///
 /// # Errors
 /// Those of [`GaussianProcess::covariances`].
@@ -103,7 +103,7 @@ fn density(off: f64, variance: f64) -> f64 {
     (-0.5 * off * off / variance).exp() / variance.sqrt()
 }
 
-/// How variances are weighed.
+/// Weights of the variances.
 struct Weighing<'a> {
     /// A weight per place.
     weights: &'a [f64],
@@ -113,7 +113,7 @@ struct Weighing<'a> {
     least: f64,
 }
 
-/// What a run takes off the weighted sum of the variances; nothing where what is unknown is at most `least`.
+/// Reduction of the weighted sum of the variances by one run; 0 if the unknown part is at most `least`.
 fn reduction(of: &DMatrix<f64>, place: usize, &Weighing { weights, noise, least }: &Weighing<'_>) -> f64 {
     let own = of[(place, place)];
     if own <= least {
@@ -144,9 +144,9 @@ fn largest(gains: &[f64], chosen: &[usize]) -> Option<usize> {
 /// An output that is limited.
 #[derive(Debug, Clone, Copy)]
 pub struct Limited<'a> {
-    /// Its process.
+    /// Process of the limited output.
     pub process: &'a GaussianProcess,
-    /// Which values are within the limit.
+    /// Side of the limit that is permitted.
     pub side: Side,
     /// The limit.
     pub value: f64,
@@ -184,19 +184,18 @@ impl Limited<'_> {
     }
 }
 
-/// What a place is judged by.
+/// Criterion by which a place is judged.
 #[derive(Clone, Copy)]
 pub struct Seeking<'a> {
     /// The output's process.
     pub process: &'a GaussianProcess,
-    /// Whether it is to be small or large.
+    /// Whether to minimise or maximise.
     pub side: Side,
     /// Limits of other outputs.
     pub limits: &'a [Limited<'a>],
-    /// What is to be improved on.
+    /// Best value so far, to be improved.
     pub best: Option<f64>,
-    /// Part of the standard deviation that counts: 1 for the expected improvement, less for one that trusts what is expected the
-    /// more.
+    /// Share of the standard deviation that counts: 1 for the expected improvement, less to trust the expectation more.
     pub share: f64,
 }
 

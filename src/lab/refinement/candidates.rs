@@ -9,7 +9,7 @@ use decore_quantity::Value;
 use decore_statistics::design::{Coordinate, Design, Distribution, Factor, Kind, Level, Sobol};
 use decore_study::CheckedStudy;
 
-/// Points tried for each candidate that is asked for, at most: constraints may leave few.
+/// Points tried for each candidate requested, at most: constraints may leave few.
 const MOST_TRIED: usize = 64;
 /// Stream of the numbers by which candidates lie near a row.
 const NEAR: u64 = 0x6e65_6172;
@@ -19,11 +19,11 @@ const NEAR: u64 = 0x6e65_6172;
 /// these are 3.3 standard deviations to either side.
 const STRATA: f64 = 1000.0;
 
-/// How far rows of a batch that follow peaks lie from each other along one factor at least, as a share of its range: what a row is
-/// expected to give makes the place beside it the next peak, of which nothing new would be learnt before the row is run.
+/// Smallest distance along one factor between rows of a batch that follow peaks, as a share of its range. The expected value of a row makes
+/// a nearby place the next peak, where a run would add no information.
 const BESIDE: f64 = 0.05;
 
-/// That distance of so many rows: less where the places that it forbids would be more than half of the ranges.
+/// Smallest distance between the rows of a batch. It shrinks if the excluded places would take more than half of the ranges.
 pub(super) fn beside(batch: usize, factors: usize) -> f64 {
     let most = 0.5 * (0.5 / batch as f64).powf(1.0 / factors as f64);
     BESIDE.min(most).max(LEAST_DISTANCE)
@@ -35,26 +35,26 @@ pub(super) struct Collector<'a> {
     study: &'a CheckedStudy,
     /// Rows that there are.
     taken: HashSet<Vec<String>>,
-    /// Where they lie, as [`Collector::place`] has it.
+    /// Positions of the rows, as returned by [`Collector::place`].
     rows: Vec<Vec<f64>>,
-    /// Where those lie that are chosen to be run.
+    /// Positions of the rows that are chosen to run.
     chosen: Vec<Vec<f64>>,
-    /// How far they lie from each other at least.
+    /// Smallest distance between them.
     beside: f64,
     /// Candidates, each once.
     seen: HashSet<Vec<String>>,
     /// Values of all factors, in the study's order, as cells of a table that read back the same.
     pub found: Vec<Vec<String>>,
-    /// Where each of them lies in the ranges of the factors, 0 to 1.
+    /// Positions in the ranges of the factors, 0 to 1.
     pub shares: Vec<Vec<f64>>,
 }
 
 /// Candidates around a place.
 #[derive(Debug, Clone, Copy)]
 pub struct Around {
-    /// How many.
+    /// Number of candidates.
     pub count: usize,
-    /// How far away, as a share of each factor's range.
+    /// Largest distance, as a share of each factor's range.
     pub reach: f64,
 }
 
@@ -122,12 +122,12 @@ impl<'a> Collector<'a> {
         Ok(())
     }
 
-    /// The cells of a place by its shares of the ranges; `None` where no row may be run, or one is there.
+    /// The cells of a place by its shares of the ranges; `None` if no row may be run, or one is there.
     pub fn cells_at(&self, shares: &[f64]) -> Result<Option<Vec<String>>, RefinementError> {
         self.allowed(&self.levels_at(shares))
     }
 
-    /// A row that is to be run, by its shares of the ranges: neither it nor what is near is a candidate any more.
+    /// Takes a row to run, by its shares of the ranges. It and its neighbourhood are no candidates any more.
     pub fn take(&mut self, shares: &[f64]) {
         self.leave_out(shares, self.beside);
         let levels = self.levels_at(shares);
@@ -178,7 +178,8 @@ impl<'a> Collector<'a> {
         Ok(Some(cells(&self.study.values_at(levels))).filter(|cells| !self.taken.contains(cells)))
     }
 
-    /// Where levels lie, for the distances between rows: shares of the ranges; of names their numbers, as all lie apart.
+    /// Position of levels for distances between rows: shares of the ranges; for names their numbers, because all names are equally far
+    /// apart.
     fn place(&self, levels: &[Level]) -> Vec<f64> {
         let at = |(level, factor): (&Level, &Factor)| match level {
             Level::Category(number) => *number as f64,

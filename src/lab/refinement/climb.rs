@@ -1,29 +1,29 @@
-//! From a place to the peak of a criterion near it.
+//! Climbs from a place to the nearest peak of a criterion.
 
 /// Candidates from which peaks are climbed to.
 const STARTS: usize = 5;
-/// How far they lie from each other along one factor at least, as a share of its range.
+/// Smallest distance between them along one factor, as a share of its range.
 const APART: f64 = 0.1;
-/// How far a peak may lie from its candidate along each factor: a model of few rows has its highest peaks at the corners of the ranges,
-/// where it knows the least.
+/// Largest distance of a peak from its candidate along each factor. A model of few rows has its highest peaks at the corners of the ranges,
+/// where it is least certain.
 const CLIMBED: f64 = 0.03;
 /// First step along each factor, as a share of its range.
 const FIRST_STEP: f64 = 0.05;
 /// Step below which a peak is reached.
 const LEAST_STEP: f64 = 1e-6;
-/// How far the next round goes on along the last one's way, as multiples of it.
+/// Steps of the next round along the last one's direction, as multiples of it.
 const FURTHER: [f64; 2] = [1.0, 3.0];
 /// Rounds at most.
 const MOST_ROUNDS: usize = 200;
 
-/// How far a row must lie from each other one along one factor at least, as a share of its range: where a model knows nearly all, its
-/// peaks lie beside rows, and a copy of a row teaches nothing. An output that scatters shows it at this distance too. Three times as
-/// much would keep an optimum from its third digit.
+/// Smallest distance of a row from all others along one factor, as a share of its range. If a model is nearly certain, its peaks are close
+/// to rows, and a copy of a row adds no information. An output that scatters shows it at this distance too. Three times as much would
+/// prevent the third digit of an optimum.
 pub const LEAST_DISTANCE: f64 = 1e-3;
 /// Share of it by which rounding may make it less.
 const ROUNDING: f64 = 1e-9;
 
-/// A place by the shares of the factors' ranges, 0 to 1, and what a criterion says of it.
+/// A place by the shares of the factors' ranges, 0 to 1, and the value of a criterion there.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Peak {
     /// The shares.
@@ -72,7 +72,7 @@ fn starts((places, merits): (&[Vec<f64>], &[f64])) -> Vec<Peak> {
     starts
 }
 
-/// How far two places lie from each other along the factor in which they differ most.
+/// Distance of two places along the factor in which they differ most.
 fn farthest(a: &[f64], b: &[f64]) -> f64 {
     a.iter().zip(b).fold(0.0, |most: f64, (a, b)| most.max((a - b).abs()))
 }
@@ -82,12 +82,13 @@ pub fn is_apart(at: &[f64], others: &[Vec<f64>], distance: f64) -> bool {
     others.iter().all(|other| farthest(other, at) >= (1.0 - ROUNDING) * distance)
 }
 
-/// Climbs from a place to a peak of `merits`, which tells a criterion of several places at once: `f64::NEG_INFINITY` for one that must not
-/// be taken, so that constraints hold on the way and at the end.
+/// Climbs from a place to a peak of `merits`, a criterion that is evaluated at several places at once. It is `f64::NEG_INFINITY` at
+/// forbidden places, so that constraints hold on the way and at the end.
 ///
 /// A pattern search (Hooke and Jeeves, J. ACM 8, 1961): a step to both sides along each factor, then one along all of them to the tops of
 /// the parabolas through these, one along the slope that they show, and on along the last round's way. The best of them is the next
-/// place; where none is better, the step is a quarter. No derivative is asked for: factors may have levels, and a constraint may cut the ranges anywhere.
+/// place; where none is better, the step is a quarter. No derivative is requested: factors may have levels, and a constraint may cut the
+/// ranges anywhere.
 ///
 /// # Errors
 /// Those of `merits`.
@@ -107,7 +108,7 @@ fn climb<E>(from: Peak, merits: &mut Merits<'_, E>) -> Result<Peak, E> {
             })
             .collect();
         let found = merits(&sides)?;
-        // Along a factor that is bounded here, the sides say no slope.
+        // Along a factor at its bound, the sides give no slope.
         let slope = |sides: &[f64]| Some(sides[0] - sides[1]).filter(|slope| slope.is_finite()).unwrap_or(0.0);
         let slopes: Vec<f64> = found.chunks_exact(2).map(slope).collect();
         let steepest = slopes.iter().fold(0.0, |most: f64, slope| most.max(slope.abs()));
@@ -139,7 +140,7 @@ fn climb<E>(from: Peak, merits: &mut Merits<'_, E>) -> Result<Peak, E> {
     Ok(peak)
 }
 
-/// Where the parabola through the values at -1, 0 and 1 is highest, up to 2 away; the better side where it has no top.
+/// Maximum of the parabola through the values at -1, 0 and 1, at most 2 away; the better side if it has no maximum.
 fn top([left, middle, right]: [f64; 3]) -> f64 {
     let bend = left - 2.0 * middle + right;
     match bend < 0.0 && bend.is_finite() {

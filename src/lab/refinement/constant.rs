@@ -9,11 +9,11 @@ use decore_statistics::regression::{RegressionError, check};
 
 /// An output that is the same in all rows that have it.
 pub(super) struct Constant {
-    /// Its column.
+    /// Column of the output.
     pub output: String,
-    /// Its unit.
+    /// Unit.
     pub unit: String,
-    /// What it is.
+    /// Constant value.
     pub value: f64,
     /// The rows that have it, by their places in the model, ascending.
     pub rows: Vec<usize>,
@@ -51,7 +51,7 @@ impl Constant {
         self.rows.binary_search(&row).is_ok() && limit.holds(self.value)
     }
 
-    /// How well it is known: wholly.
+    /// Progress of a constant output: complete.
     pub fn progress(&self) -> OutputProgress {
         OutputProgress {
             output: self.output.clone(),

@@ -1,11 +1,11 @@
-//! Why no rows are proposed.
+//! Reasons why no rows are proposed.
 
 use crate::surrogate::SurrogateError;
 use decore_statistics::design::DesignError;
 use decore_statistics::regression::RegressionError;
 use decore_study::StudyError;
 
-/// Why no rows are proposed.
+/// Reason why no rows are proposed.
 #[derive(Debug, thiserror::Error)]
 pub enum RefinementError {
     /// The models of the outputs.
@@ -17,15 +17,15 @@ pub enum RefinementError {
     /// The study's factors.
     #[error("the candidates for further rows: {0}")]
     Design(#[from] DesignError),
-    /// A model that does not give what it should.
+    /// A model that failed.
     #[error("the models: {0}")]
     Regression(#[from] RegressionError),
     /// An output that has no model.
-    #[error("output `{output}` says nothing of rows not run: {reason}")]
+    #[error("output `{output}` cannot be predicted: {reason}")]
     NoModel {
-        /// Its column.
+        /// Column of the output.
         output: String,
-        /// Why.
+        /// Reason.
         reason: String,
     },
     /// No place was found.

@@ -1,15 +1,15 @@
-//! What rows are proposed for.
+//! Goals for which rows are proposed.
 
 use std::str::FromStr;
 
 use super::acquisition::Side;
 
-/// What rows are proposed for.
+/// Goal for which rows are proposed.
 #[derive(Debug, Clone, PartialEq)]
 pub enum Goal {
     /// Models of outputs that predict rows not run.
     Learn {
-        /// The outputs, and how well each is to be known.
+        /// Outputs with their aims.
         targets: Vec<Target>,
     },
     /// The row with the best value of an output among those within the limits.
@@ -18,40 +18,40 @@ pub enum Goal {
         output: String,
         /// Whether the most or the least is sought.
         side: Side,
-        /// What must hold of outputs.
+        /// Limits of outputs.
         limits: Vec<Limit>,
         /// Expected improvement, in the column's unit, below which it is reached; `None`: never.
         gain: Option<f64>,
     },
-    /// Where a limit is passed.
+    /// Boundary of a limit.
     Bound {
         /// The limit.
         limit: Limit,
-        /// Share of the places of which it may stay open on which side they lie.
+        /// Share of the places whose side may remain uncertain.
         unsure: f64,
     },
-    /// Where rows begin to fail.
+    /// Boundary between rows that are done and rows that fail.
     Separate {
-        /// Share of the places of which it may stay open on which side they lie.
+        /// Share of the places whose side may remain uncertain.
         unsure: f64,
     },
 }
 
-/// An output that is to be predicted.
+/// An output to predict.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Target {
     /// Column of `runs`.
     pub output: String,
-    /// How well.
+    /// Aim of the prediction.
     pub aim: Aim,
 }
 
-/// How well an output is to be predicted.
+/// Aim of a prediction.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Aim {
-    /// Its Q2 is at least this.
+    /// Q2 is at least this value.
     Q2(f64),
-    /// Its 95 % intervals of new rows are at most so wide on average over the ranges of the factors, in the column's unit.
+    /// The 95 % intervals of new rows are at most this wide, on average over the ranges of the factors, in the column's unit.
     Width(f64),
 }
 
@@ -75,7 +75,7 @@ impl Goal {
     }
 }
 
-/// What must hold of an output: `NAME<=VALUE` or `NAME>=VALUE`.
+/// Limit of an output: `NAME<=VALUE` or `NAME>=VALUE`.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Limit {
     /// Column of `runs`.

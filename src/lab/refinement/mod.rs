@@ -1,11 +1,11 @@
-//! Which rows to run next: what the surrogates of a dataset's outputs leave open, or where they promise a better row.
+//! Chooses the rows to run next: where the surrogates are uncertain, or where they promise a better row.
 //!
 //! ```text
 //! dataset --surrogate--> Model --+
 //! study, seed --> candidates ----+--acquisition--> rows of the next batch
 //! ```
 //!
-//! A batch is a function of the study, the seed and the rows before it: after an interruption the same rows are proposed again.
+//! A batch is a function of the study, the seed and the earlier rows. After an interruption the same rows are proposed again.
 
 mod acquisition;
 mod candidates;

@@ -1,4 +1,4 @@
-//! How far a goal is reached: plain data, the same in text and JSON.
+//! Progress towards a goal: plain data, equal in text and JSON.
 
 use std::fmt;
 
@@ -8,52 +8,52 @@ use serde::Serialize;
 use super::acquisition::LimitSide;
 use crate::sensitivity::four_digits;
 
-/// How far a goal is reached.
+/// Progress towards a goal.
 #[derive(Debug, Clone, PartialEq, Serialize, JsonSchema)]
 pub struct Progress {
     /// Name of the study.
     pub study: String,
-    /// Rows of the design, all of which are run.
+    /// Number of rows of the design; all have run.
     pub rows: u64,
-    /// Rows of them that failed, where the boundary to those is sought; null otherwise.
+    /// Number of failed rows, for the goal `failures`; null otherwise.
     pub failed: Option<u64>,
     /// Rows of those whose values describe no scene that can be simulated; such places are no part of the shares of `boundary`. Null
     /// as `failed` is.
     pub without_scene: Option<u64>,
-    /// The outputs that are modelled; none where it is sought where rows fail.
+    /// The outputs that are modelled; none if it is sought where rows fail.
     pub outputs: Vec<OutputProgress>,
-    /// Rows that are within all limits; null where no optimum is sought.
+    /// Rows that are within all limits; null if no optimum is sought.
     pub rows_within: Option<u64>,
-    /// The best row within the limits; null where none is, or none is sought.
+    /// The best row within the limits; null if none is, or none is sought.
     pub best: Option<Best>,
-    /// Largest expected improvement of the best row by a run, by the model that chooses rows (noise from 1e-10 on, where that of
-    /// `decore surrogate` begins at 1e-6), times its probability to be within the limits, in the output's unit; null without a best row.
+    /// Largest expected improvement of the best row by a run, times its probability to be within the limits, in the output's unit; null
+    /// without a best row. It comes from the model that chooses rows, whose noise may be as small as 1e-10; the noise of `decore surrogate`
+    /// is at least 1e-6.
     pub gain: Option<f64>,
-    /// Where the limit is passed or rows begin to fail; null where neither is sought.
+    /// Boundary of the limit or of failures; null for other goals.
     pub boundary: Option<Boundary>,
-    /// What a reader must know of the models, a sentence each, as `decore surrogate` tells it.
+    /// Notes on the models, a sentence each, as printed by `decore surrogate`.
     pub notes: Vec<String>,
-    /// Whether all that was asked for is reached.
+    /// Whether all requested aims are reached.
     pub reached: bool,
     /// Whether it is not, and no place is left for a further row: all that meet the constraints and describe a scene are rows already,
     /// or so near to one that they would be its copies.
     pub exhausted: bool,
 }
 
-/// How well an output is known.
+/// Progress of an output.
 #[derive(Debug, Clone, PartialEq, Serialize, JsonSchema)]
 pub struct OutputProgress {
     /// Column of `runs`.
     pub output: String,
-    /// Its unit.
+    /// Unit.
     pub unit: String,
     /// Rows that have it.
     pub used: u64,
-    /// What it is where it is the same in all of them, so that it needs no model: its Q2 is 1 and its intervals are 0 wide; null
-    /// otherwise.
+    /// Value of an output that is the same in all rows, and needs no model: its Q2 is 1 and its intervals are 0 wide; otherwise null.
     pub constant: Option<f64>,
-    /// Share of the variance that is predicted of rows left out: the smaller of that one at a time and that of a tenth at a time, as
-    /// `decore surrogate` tells them.
+    /// Share of the variance that is predicted for left-out rows: the smaller of both figures of `decore surrogate`, for one row at a time
+    /// and for a tenth.
     pub q2: f64,
     /// Width of the 95 % intervals of new rows, on average over the ranges of the factors, in the output's unit.
     pub width: f64,
@@ -62,17 +62,17 @@ pub struct OutputProgress {
 /// The best row so far.
 #[derive(Debug, Clone, PartialEq, Serialize, JsonSchema)]
 pub struct Best {
-    /// Its index in the design.
+    /// Index in the design.
     pub row: u64,
-    /// What it gave.
+    /// Result of the run.
     pub value: f64,
-    /// What the model that `decore surrogate` makes expects there of a run.
+    /// Expectation of the model of `decore surrogate` for a run there.
     pub expected: f64,
     /// Standard deviation of that expectation, noise included.
     pub std_dev: f64,
 }
 
-/// Where a limit is passed.
+/// Boundary of a limit.
 #[derive(Debug, Clone, PartialEq, Serialize, JsonSchema)]
 pub struct Boundary {
     /// Share of the places that may be run that is within the limit, or where rows succeed, as the model expects: of those in the ranges
@@ -83,7 +83,7 @@ pub struct Boundary {
 }
 
 impl Progress {
-    /// Of rows of which nothing else is said yet.
+    /// New progress with this number of rows.
     pub(super) fn new(study: String, rows: u64) -> Self {
         Self {
             study,

@@ -1,4 +1,4 @@
-//! From a dataset to the rows of the next batch.
+//! Proposes the rows of the next batch from a dataset.
 
 use super::acquisition::{Learned, Limited, Seeking, Side, improving, learning};
 use super::candidates::{Around, Collector, beside};
@@ -22,37 +22,37 @@ const LEARNING: usize = 512;
 const SEARCHED: usize = 2048;
 /// Places near the best row, for each of [`REACHES`].
 const NEAR_BEST: usize = 512;
-/// How far they lie from it, as a share of the ranges.
+/// Distances from it, as shares of the ranges.
 const REACHES: [f64; 3] = [0.1, 0.02, 0.004];
 
 /// Least noise where an optimum is sought: under a larger one it would not be found to more than three digits.
 pub const SHARP_NOISE: f64 = 1e-10;
 /// Rows up to which rounding is smaller than that.
 const SHARP_ROWS: usize = 320;
-/// Part of the standard deviation that counts in every second row: those follow what is expected, the others what may be.
+/// Share of the standard deviation that counts in every second row. Those rows follow the expectation, the others explore.
 pub const CAUTIOUS: f64 = 0.1;
 
-/// How rows are proposed.
+/// Settings of a proposal.
 #[derive(Debug, Clone, PartialEq)]
 pub struct RefinementSettings {
-    /// What for.
+    /// Goal of the rows.
     pub goal: Goal,
     /// Rows at a time.
     pub batch: usize,
 }
 
-/// What to run next.
+/// Rows to run next.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Proposal {
-    /// How far the goal is reached without them.
+    /// Progress without them.
     pub progress: Progress,
-    /// Values of all factors, in the study's order, row by row, as cells of a table; none where the goal is reached.
+    /// Values of all factors, in the study's order, row by row, as cells of a table; none if the goal is reached.
     pub rows: Vec<Vec<String>>,
 }
 
 /// Proposes the rows of the next batch from those that the dataset of the study holds.
 ///
-/// Depends on the study, its seed and the rows alone. Every row meets the study's constraints, and is no row already. None are proposed
+/// Depends on the study, its seed and the rows alone. Every row meets the study's constraints, and is not a row already. None are proposed
 /// where the goal is reached, or no place is left ([`Progress::exhausted`]).
 ///
 /// # Errors
@@ -150,7 +150,7 @@ struct ProposedRow {
     merit: f64,
 }
 
-/// What proposals are made from.
+/// Data from which proposals are made.
 struct ProposalInputs<'a> {
     study: &'a CheckedStudy,
     model: &'a Model,
@@ -224,7 +224,7 @@ impl<'a> ProposalInputs<'a> {
         Ok(Proposal::new(progress, &collector, chosen))
     }
 
-    /// `told`: of the models that `decore surrogate` makes of the rows, whose figures are told.
+    /// `told`: models of the rows as in `decore surrogate`, for the printed figures.
     fn optimise(
         &self,
         wanted: &SoughtOptimum<'_>,
@@ -256,7 +256,7 @@ impl<'a> ProposalInputs<'a> {
             let Some(ProposedRow { row, merit }) = self.peak(&seeking, &mut collector)? else { break };
             let next = [row];
             if rows.is_empty() && best.is_some() {
-                // What a run may gain is told by the expected improvement itself, also where the row is chosen by less.
+                // Print the gain by the expected improvement itself, even if another criterion chooses the row.
                 let merit = if bold { merit } else { self.merits(&Seeking { share: 1.0, ..seeking }, &next)?[0] };
                 progress.gain = Some(merit.exp());
                 progress.reached = wanted.gain.zip(progress.gain).is_some_and(|(least, gain)| gain < least);
@@ -294,7 +294,7 @@ impl<'a> ProposalInputs<'a> {
         Ok(Some(ProposedRow { row, merit: peak.merit }))
     }
 
-    /// Merits of places by their shares of the ranges: none where no row may be run.
+    /// Merits of places by their shares of the ranges: none if no row may be run.
     fn merits_at(
         &self,
         seeking: &Seeking<'_>,
@@ -319,15 +319,15 @@ impl<'a> ProposalInputs<'a> {
         Ok(merits)
     }
 
-    /// Candidates over the whole ranges; `beside`: how far rows that are taken of them lie from each other.
+    /// Candidates over the whole ranges; `beside`: smallest distance between the rows that are taken.
     fn spread(&self, count: usize, beside: f64) -> Result<Collector<'_>, RefinementError> {
         let mut collector = Collector::new(self.study, beside);
         collector.fill(count, self.seed)?;
         Ok(collector)
     }
 
-    /// Logarithm of the probability of each place that a run there has all outputs: that of the least likely one, as rows fail as a
-    /// whole.
+    /// Logarithm of the probability at each place that a run there has all outputs: the value of the least probable output, because rows
+    /// fail as a whole.
     fn success_of_all(&self, places: &Points) -> Result<Vec<f64>, RegressionError> {
         let mut least = vec![1.0_f64; places.rows()];
         for of in &self.outputs {
@@ -346,7 +346,7 @@ impl<'a> ProposalInputs<'a> {
         self.outputs.iter().position(|of| of.figures.output == limit.output)
     }
 
-    /// The processes if the rows chosen gave what is expected of them (kriging believer, Ginsbourger and others, 2010).
+    /// Processes with the chosen rows at their expected values (kriging believer, Ginsbourger and others, 2010).
     fn believed(&self, chosen: &Points) -> Result<Vec<GaussianProcess>, RegressionError> {
         let believe = |modelled: &Modelled<'_>| {
             let of = modelled.process;
@@ -370,7 +370,7 @@ impl<'a> ProposalInputs<'a> {
         Ok(at.first().map(|at| Best { row: self.model.rows[row], value, expected: at.mean, std_dev: at.std_dev }))
     }
 
-    /// The best that the model expects of a row within the limits: what is to be improved on, noise left out.
+    /// Best expected value of a row within the limits, without noise: the value to improve.
     fn expected(&self, wanted: &SoughtOptimum<'_>) -> Result<Option<f64>, RegressionError> {
         let own = self.outputs[0].process;
         let rows: Vec<usize> = self.within(wanted).into_iter().map(|place| own.rows[place]).collect();
@@ -413,7 +413,7 @@ pub fn places(
     text_places(factors, &candidates.iter().map(row).collect::<Vec<Vec<String>>>())
 }
 
-/// Rows that show where rows fail; `unsure`: the share of the places of which it may stay open on which side they lie.
+/// Rows that show where rows fail; `unsure`: the share of the places whose side may remain uncertain.
 fn separate(
     study: &CheckedStudy,
     reader: &DatasetReader,

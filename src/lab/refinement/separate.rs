@@ -1,4 +1,4 @@
-//! Which of some places tell the most about where rows begin to fail.
+//! Chooses the places that show most about the boundary of failures.
 
 use super::acquisition::{Learned, LimitSide, Limited, Side, learning};
 use decore_statistics::regression::{Points, RegressionError, Success};
@@ -9,14 +9,14 @@ const NEAREST: usize = 512;
 /// Rows that were run.
 #[derive(Debug, Clone, Copy)]
 pub struct Tried<'a> {
-    /// Their places.
+    /// Places of the rows.
     pub points: &'a Points,
     /// Whether each of them succeeded.
     pub succeeded: &'a [bool],
 }
 
-/// What separates rows that succeed from rows that fail, as a limit of the process of 1 and -1: the value at which both are as likely.
-/// `None` where the probability is the same everywhere.
+/// Limit that separates rows that succeed from rows that fail: the value of the process of 1 and -1 at which both are equally likely.
+/// `None` if the probability is the same everywhere.
 fn even(success: &Success) -> Option<Limited<'_>> {
     match success {
         Success::Everywhere(_) => None,
@@ -46,8 +46,8 @@ pub fn sides(success: &Success, places: &Points) -> Result<Vec<LimitSide>, Regre
     }
 }
 
-/// The candidates, in order, that tell the most about the boundary: those of [`bounding`]; while fewer than four rows are of one kind,
-/// those of `filling`.
+/// Chooses the candidates, in order, that show most about the boundary, by [`bounding`], or by `filling` while fewer than four rows are of
+/// one kind.
 ///
 /// # Errors
 /// [`RegressionError::Size`] for candidates with other factors.
@@ -63,8 +63,8 @@ pub fn separating(
     }
 }
 
-/// The candidates, in order, that tell the most about where a limit is passed: of the `NEAREST` at which it may be passed and is
-/// least known, those that [`learning`] takes for its value; `success`: the probability of each that a run there has the output.
+/// Chooses the candidates, in order, that show most about the boundary of a limit: of the `NEAREST` most uncertain places near it, those
+/// that [`learning`] chooses. `success`: probability of each that a run there has the output.
 ///
 /// # Errors
 /// Those of [`learning`].

@@ -14,13 +14,13 @@ const CELLS: usize = 24;
 const LINES: usize = 10;
 /// Cells of a line of the scatter.
 const ACROSS: usize = 48;
-/// Columns that are assumed where there is no terminal.
+/// Assumed number of columns without a terminal.
 const PLAIN_COLUMNS: usize = 80;
 
-/// Where charts are drawn.
+/// Terminal on which charts are drawn.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Paper {
-    /// Columns of the terminal; `None` where there is none.
+    /// Columns of the terminal; `None` if there is none.
     pub columns: Option<usize>,
     /// Whether it shows blocks; otherwise letters and signs stand for them.
     pub blocks: bool,
@@ -63,7 +63,7 @@ impl Axis {
     }
 }
 
-/// How often an output lies in each of some cells.
+/// Number of rows in each cell of an output's range.
 #[derive(Debug, Clone, PartialEq)]
 struct Histogram {
     axis: Axis,
@@ -99,7 +99,7 @@ impl CorrelationSums {
         self.squares[2] += before[0] * after[1];
     }
 
-    /// Pearson's correlation; 0 where one of both does not vary.
+    /// Pearson's correlation; 0 if one of both does not vary.
     fn correlation(&self) -> f64 {
         let [xx, yy, xy] = self.squares;
         let correlation = xy / (xx * yy).sqrt();
@@ -115,7 +115,7 @@ pub struct Charts {
     scatter: Option<Scatter>,
 }
 
-/// What the cells of a row are, in their order.
+/// Cells of a row, in their order.
 struct ChartColumns<'a> {
     ranked: &'a ColumnDescription,
     factors: Vec<&'a ColumnDescription>,

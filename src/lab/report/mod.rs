@@ -1,4 +1,4 @@
-//! Summary of a dataset as plain text: how the rows ended, the best rows, ranges of the outputs, where the tables are.
+//! Summary of a dataset as plain text: status of the rows, best rows, ranges of the outputs, paths of the tables.
 
 mod charts;
 mod numbers;

@@ -11,7 +11,7 @@ use decore_model::metrics::NumericalErrors;
 use decore_model::run::{RowOutcome, RowStatus};
 use decore_quantity::{Cell, Value};
 
-/// Relative errors that are told apart: from 10^-17 to 10^3.
+/// Decades of relative errors: from 10^-17 to 10^3.
 const DECADES: std::ops::Range<i32> = -17..3;
 /// Classes of a decade: the median is sure to a hundredth.
 const CLASSES: f64 = 100.0;
@@ -33,7 +33,7 @@ pub struct OutputError {
     pub worst_column: String,
 }
 
-/// Rows that were run again with better numerics, and what they show.
+/// Numerical twins of rows, and their results.
 #[derive(Debug, Clone, PartialEq, Serialize, JsonSchema)]
 pub struct NumericalTwins {
     /// Rows that are done and whose numerical twin was simulated to its end.
@@ -42,11 +42,11 @@ pub struct NumericalTwins {
     pub not_done: u64,
     /// Rows with an error beyond the promise of their preset.
     pub beyond_promise: u64,
-    /// Row with the largest error beside its promise; null without such an error.
+    /// Row with the largest error relative to its promise; null without such an error.
     pub worst_row: Option<u64>,
     /// Largest error of that row over its promise.
     pub worst_over_promise: f64,
-    /// Share of the rows' wall time that numerical twins took; null where no time is known.
+    /// Share of the rows' wall time that numerical twins took; null if no time is known.
     pub share_of_time: Option<f64>,
     /// Errors output by output.
     pub outputs: Vec<OutputError>,
@@ -76,7 +76,7 @@ impl<'a> Gathered<'a> {
 
     fn add(&mut self, row: u64, column: usize, relative: f64) {
         let decade = relative.log10() - f64::from(DECADES.start);
-        // No error at all is in the first class, one that is no number in the last.
+        // No error at all is in the first class, one that is not a number in the last.
         let class = if decade.is_nan() { self.classes.len() - 1 } else { (decade * CLASSES) as usize };
         let last = self.classes.len() - 1;
         self.classes[class.min(last)] += 1;
@@ -102,7 +102,7 @@ impl<'a> Gathered<'a> {
     }
 }
 
-/// Gathers the numerical errors of a dataset; `None` where no row has a numerical twin. Memory is bounded, whatever the number of rows.
+/// Gathers the numerical errors of a dataset; `None` if no row has a numerical twin. Memory is bounded, whatever the number of rows.
 pub(super) fn numerical_twins(reader: &DatasetReader) -> Result<Option<NumericalTwins>, DatasetError> {
     let columns = reader.columns(TableName::Runs);
     let mut gathered = gathered(columns);
@@ -214,8 +214,8 @@ impl fmt::Display for NumericalTwins {
             (0, _) | (_, None) => writeln!(f, "  all within the promises of their presets (`decore help accuracy`)"),
             (count, Some(row)) => writeln!(
                 f,
-                "  BEYOND the promise of its preset in {count} of {rows} rows, at worst {} times (row {row}): \
-                 `decore help accuracy` has what to do",
+                "  BEYOND the promise of its preset in {count} of {rows} rows, at worst {} times (row {row}): see \
+                 `decore help accuracy`",
                 significant(self.worst_over_promise)
             ),
         }

@@ -1,4 +1,4 @@
-//! Which duration the rows of a dataset would need for a wanted standard error.
+//! Duration that the rows of a dataset need for a wanted standard error.
 
 use schemars::JsonSchema;
 use serde::Serialize;
@@ -8,7 +8,7 @@ use decore_dataset::{ColumnDescription, ColumnGroup};
 use decore_model::metrics::{ERRING, duration_for};
 use decore_quantity::Cell;
 
-/// How sure an output is over the rows that are done.
+/// Precision of an output over the rows that are done.
 #[derive(Debug, Clone, PartialEq, Serialize, JsonSchema)]
 pub struct Precision {
     /// The output of a hammer.
@@ -19,7 +19,7 @@ pub struct Precision {
     pub without: u64,
     /// Values whose relative standard error is above the wanted one.
     pub above: u64,
-    /// The value that needs the longest duration; null where no value has an error.
+    /// The value that needs the longest duration; null if no value has an error.
     pub worst: Option<WorstPrecision>,
 }
 
@@ -43,7 +43,7 @@ pub(super) struct RowTime {
     pub duration_s: f64,
 }
 
-/// Columns of outputs with their errors, and what was found of them.
+/// Columns of outputs with their errors, and their statistics.
 pub(super) struct Precisions<'a> {
     wanted: f64,
     found: Vec<Precision>,

@@ -1,4 +1,4 @@
-//! What a report says, gathered in one pass over the dataset.
+//! Contents of a report, gathered in one pass over the dataset.
 
 use std::collections::BTreeMap;
 use std::path::PathBuf;
@@ -18,7 +18,7 @@ use decore_quantity::{Cell, Value};
 /// damping of the fixtures.
 pub const DEFAULT_RANKING: &str = RunTotals::strike_energy_j.name;
 
-/// Figures shown beside the ranking for the best rows.
+/// Figures next to the ranking for the best rows.
 const BESIDE: [&str; 10] = [
     DEFAULT_RANKING,
     RunTotals::delivered_work_j.name,
@@ -54,7 +54,7 @@ const ROW_RANGES: [(&str, &str); 7] = [
     (Aggregates::total_air_used_nl.name, "air used in a row"),
     (Aggregates::work_per_air_j_per_nl.name, "work per air in a row"),
 ];
-/// Columns that every report reads, before those that depend on the study.
+/// Columns of every report, before the columns of the study.
 const ALWAYS: [&str; 6] = [
     RowRecord::row.name,
     RowOutcome::status.name,
@@ -63,10 +63,10 @@ const ALWAYS: [&str; 6] = [
     Aggregates::least_percussion.name,
     RunTotals::energy_residual.name,
 ];
-/// Different reasons that are told apart: they may carry figures of their row.
+/// Largest number of different reasons: they may contain figures of their row.
 const MOST_REASONS: usize = 100;
 
-/// What to report.
+/// Settings of a report.
 #[derive(Debug, Clone, PartialEq)]
 pub struct ReportSettings {
     /// Column of `runs` by which rows are ranked, the better end first, as each output declares it; with `-` before, the other end first.
@@ -78,7 +78,7 @@ pub struct ReportSettings {
     pub wanted_error: f64,
 }
 
-/// Relative standard error for which durations are stated unless another one is asked for.
+/// Default relative standard error of the stated durations.
 pub const WANTED_ERROR: f64 = 0.01;
 
 impl Default for ReportSettings {
@@ -121,7 +121,7 @@ pub struct BestRow {
 /// Range of an output over the rows that are done.
 #[derive(Debug, Clone, PartialEq, Serialize, JsonSchema)]
 pub struct Range {
-    /// What it is.
+    /// Title of the section.
     pub title: String,
     /// Unit.
     pub unit: String,
@@ -140,7 +140,7 @@ pub struct Range {
 pub struct WorstResidual {
     /// Index of the row in the design.
     pub row: u64,
-    /// Its energy residual over its largest energy.
+    /// Energy residual over the largest energy.
     pub energy_residual: f64,
 }
 
@@ -215,7 +215,7 @@ pub struct Report {
     pub precision: Vec<Precision>,
     /// Row with the largest absolute energy residual.
     pub worst_residual: Option<WorstResidual>,
-    /// Numerical errors of the main outputs; null where no row has a numerical twin.
+    /// Numerical errors of the main outputs; null if no row has a numerical twin.
     pub numerical_twins: Option<NumericalTwins>,
     #[serde(skip)]
     pub(super) spans: Spans,
@@ -224,7 +224,7 @@ pub struct Report {
 /// Reads a dataset and summarises it. Memory is bounded, whatever the number of rows.
 ///
 /// # Errors
-/// [`DatasetError::UnknownColumn`] or [`DatasetError::NotANumber`] if rows cannot be ranked by the column asked for;
+/// [`DatasetError::UnknownColumn`] or [`DatasetError::NotANumber`] if rows cannot be ranked by the requested column;
 /// those of reading, [`DatasetError::Damaged`] among them.
 pub fn summarise(reader: &DatasetReader, settings: &ReportSettings) -> Result<Report, DatasetError> {
     let ranking = reader.column(TableName::Runs, settings.ranking())?.clone();
@@ -371,7 +371,7 @@ impl<'a> Gatherer<'a> {
         }
     }
 
-    /// Only so many different reasons are told apart, the others share an entry.
+    /// Counts a reason. Beyond a number of different reasons, others share an entry.
     fn count_reason(&mut self, reason: &str) {
         let reasons = &mut self.report.reasons;
         let known = reasons.len() < MOST_REASONS || reasons.contains_key(reason);
@@ -380,7 +380,7 @@ impl<'a> Gatherer<'a> {
     }
 
     fn judge_residual(&mut self, row: u64, residual: f64) {
-        // A residual that is no number counts as the worst.
+        // A residual that is not a number counts as the worst.
         let size = |value: f64| if value.is_nan() { f64::INFINITY } else { value.abs() };
         if self.report.worst_residual.is_none_or(|worst| size(residual) > size(worst.energy_residual)) {
             self.report.worst_residual = Some(WorstResidual { row, energy_residual: residual });

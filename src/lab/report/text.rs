@@ -20,7 +20,7 @@ impl fmt::Display for Report {
         writeln!(f, "Study `{}` (hash {hash}, seed {}, decore {})", self.study_name, self.seed, self.program_version)?;
         self.write_rows(f)?;
         self.write_best(f)?;
-        // A width that is asked for (`{:60}`) is that of the terminal.
+        // A width requested (`{:60}`) is that of the terminal.
         self.write_ranges(f, f.width().unwrap_or(usize::MAX))?;
         self.write_precision(f)?;
         self.write_residual(f)?;

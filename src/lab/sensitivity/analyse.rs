@@ -1,4 +1,4 @@
-//! From a dataset to indices.
+//! Computes indices from a dataset.
 
 use rayon::prelude::*;
 
@@ -18,7 +18,7 @@ use decore_statistics::analysis::{
 use decore_statistics::design::{Kind, Morris, Saltelli};
 use decore_study::DesignOutline;
 
-/// Outputs that are analysed unless others are asked for.
+/// Default outputs of an analysis.
 pub const DEFAULT_OUTPUTS: [&str; 6] = [
     RunTotals::strike_energy_j.name,
     Aggregates::total_first_impact_work_j.name,
@@ -28,16 +28,16 @@ pub const DEFAULT_OUTPUTS: [&str; 6] = [
     Aggregates::total_air_used_nl.name,
 ];
 
-/// What to compute.
+/// Settings of an analysis.
 #[derive(Debug, Clone, PartialEq)]
 pub struct SensitivitySettings {
     /// Columns of `runs`; empty (default): [`DEFAULT_OUTPUTS`].
     pub outputs: Vec<String>,
-    /// Estimator of Sobol' indices, where there are such. Default: `None`, [`Estimator::Salib`].
+    /// Estimator of Sobol' indices, if there are such. Default: `None`, [`Estimator::Salib`].
     pub estimator: Option<Estimator>,
     /// Whether a Saltelli design is analysed as any rows are, by its base points. Default: no.
     pub given: bool,
-    /// How intervals are found. Default: 1000 replicates, seed 0, 95 %.
+    /// Settings of the intervals. Default: 1000 replicates, seed 0, 95 %.
     pub bootstrap: Bootstrap,
 }
 
@@ -48,9 +48,9 @@ impl Default for SensitivitySettings {
     }
 }
 
-/// Reads a dataset and computes the indices of its outputs. The dataset may still be written: what is there counts.
+/// Reads a dataset and computes the indices of its outputs. If the dataset is still being written, its present rows count.
 ///
-/// Takes memory for the columns that are asked for.
+/// Takes memory for the requested columns.
 ///
 /// # Errors
 /// Those of reading, and [`SensitivityError`] where the rows are not those of a design that has indices. An output that has
@@ -91,7 +91,7 @@ pub fn analyse(reader: &DatasetReader, settings: &SensitivitySettings) -> Result
     })
 }
 
-/// Holds what is asked for to the design of a dataset, before anything is run or computed.
+/// Checks settings against the design of a dataset, before anything is run or computed.
 ///
 /// # Errors
 /// Those of reading; [`SensitivityError::Estimator`], [`SensitivityError::Given`], [`SensitivityError::Trajectories`].
@@ -100,7 +100,7 @@ pub fn check(reader: &DatasetReader, settings: &SensitivitySettings) -> Result<(
     serves(&DesignOutline::read(&study.study_text, &study.overrides, &study.study_name)?, settings)
 }
 
-/// What would have no effect on the rows of the design is refused.
+/// Returns an error for settings that have no effect with this design.
 fn serves(outline: &DesignOutline, settings: &SensitivitySettings) -> Result<(), SensitivityError> {
     let saltelli = matches!(outline.design, Some(Kind::Saltelli(_)));
     let morris = matches!(outline.design, Some(Kind::Morris(_)));
@@ -109,9 +109,9 @@ fn serves(outline: &DesignOutline, settings: &SensitivitySettings) -> Result<(),
         (true, _) if !saltelli => Err(SensitivityError::Given),
         (given, Some(estimator)) if given || !saltelli || !outline.constraints.is_empty() => {
             let why = match (given, saltelli) {
-                (true, _) => "as any rows they are analysed by other indices",
+                (true, _) => "with `given`, other indices are computed",
                 (false, true) => "constraints make the factors depend on each other",
-                (false, false) => "they are not those of a `saltelli` design",
+                (false, false) => "they do not belong to a `saltelli` design",
             };
             Err(SensitivityError::Estimator { estimator: estimator.name(), why })
         }
@@ -119,7 +119,7 @@ fn serves(outline: &DesignOutline, settings: &SensitivitySettings) -> Result<(),
     }
 }
 
-/// What is computed from which rows.
+/// Method, and the rows that it uses.
 #[derive(Clone, Copy)]
 struct AnalysisPlan {
     method: Method,
@@ -127,7 +127,7 @@ struct AnalysisPlan {
 }
 
 impl AnalysisPlan {
-    /// What the design serves; of a Saltelli design that is analysed as any rows are, the table keeps the base points.
+    /// Chooses the method for the design. If a Saltelli design is analysed like other rows, the table keeps only its base points.
     fn of(
         table: &mut Table,
         outline: &DesignOutline,
@@ -269,18 +269,21 @@ impl TablePlan<'_> {
         Ok(indices)
     }
 
-    /// What a reader must know of the indices of one output.
+    /// Returns notes on the indices of one output.
     fn output_notes(&self, indices: &[Index], starts: &[usize], used: &Used) -> Vec<String> {
         let AnalysisPlan { method, units } = self.plan;
         let mut notes = Vec::new();
         if method != Method::Given && used.whole < FEW_UNITS && self.bootstrap.replicates > 0 {
             let unit = units.name.plural();
-            notes.push(format!("intervals of fewer than {FEW_UNITS} {unit} hold the truth less often than they say"));
+            notes.push(format!(
+                "intervals from fewer than {FEW_UNITS} {unit} contain the true value less often than \
+                stated"
+            ));
         }
         if used.left_out.iter().any(|left_out| left_out.reason != NOT_RUN) {
             notes.push(
-                "what is left out is no sample of all: a factor by which rows fail decides more than is said here (success of a row over \
-                 the factors: `decore surrogate`)"
+                "the failed rows are not a random sample: a factor that makes rows fail matters more than shown here \
+                 (`decore surrogate` shows the probability of success over the factors)"
                     .to_owned(),
             );
         }
@@ -302,8 +305,8 @@ impl TablePlan<'_> {
         bare.dedup();
         if self.bootstrap.replicates > 0 && !bare.is_empty() {
             notes.push(format!(
-                "some intervals of {} are missing: in part of the replicates there is no such index, as where the output differs \
-                 in a few {} only",
+                "some intervals of {} are missing: some replicates have no such index, for example if the output \
+                 differs in only a few {}",
                 bare.join(", "),
                 units.name.plural()
             ));
@@ -330,7 +333,7 @@ impl TablePlan<'_> {
         indices
     }
 
-    /// Names have no direction: of their factors only mu* is told.
+    /// Names have no direction, so their factors have only mu*.
     fn effects(&self, found: &[Option<Effects>]) -> Vec<Index> {
         let mut indices = Vec::new();
         for (factor, effects) in found.iter().enumerate() {
@@ -349,7 +352,7 @@ fn refusal(error: &AnalysisError) -> String {
     format!("no indices: {error}")
 }
 
-/// What a reader must know.
+/// Returns notes for the reader.
 fn notes(task: &TablePlan<'_>) -> Vec<String> {
     let TablePlan { table, outline, plan, neighbours, bootstrap } = task;
     let mut notes = Vec::new();
@@ -366,8 +369,8 @@ fn notes(task: &TablePlan<'_>) -> Vec<String> {
     match plan.method {
         Method::Sobol { .. } if bootstrap.replicates == 0 => {}
         Method::Sobol { .. } => notes.push(
-            "Intervals are those of independent base points; the design's Sobol' points mostly scatter less: then they hold \
-             the truth more often than they say."
+            "The intervals assume independent base points. The design's Sobol' points usually scatter less, so the \
+             intervals contain the true value more often than stated."
                 .to_owned(),
         ),
         Method::Morris { .. } => {
@@ -376,7 +379,7 @@ fn notes(task: &TablePlan<'_>) -> Vec<String> {
             let nominal: Vec<String> = nominal.map(|factor| format!("`{}`", factor.name)).collect();
             if !nominal.is_empty() {
                 notes.push(format!(
-                    "Of factors of names only mu* is told, names having no order: {}.",
+                    "Factors of names have only mu*, because names have no order: {}.",
                     nominal.join(", ")
                 ));
             }

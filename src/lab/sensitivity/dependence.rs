@@ -1,4 +1,4 @@
-//! Whether factors depend on each other, and what that means for the indices.
+//! Tests whether factors depend on each other, and the consequences for the indices.
 
 use super::table::{FactorColumn, Table, differ};
 use decore_statistics::analysis::{drawn_rows, kruskal_wallis, rank_correlation, rank_correlation_p_value};
@@ -30,12 +30,12 @@ pub(super) fn dependence(table: &Table, outline: &DesignOutline, shapley: bool) 
     };
     let instead = if shapley { "; Shapley effects do it here" } else { "" };
     Some(format!(
-        "The factors depend on each other: {why}. Shares of the variance by Sobol' indices are those of independent factors \
-         only{instead}. What a factor has by ranks, eta2, PAWN or HSIC it may have through the others."
+        "The factors depend on each other: {why}. Sobol' indices need independent factors{instead}. S1 by ranks, eta2, \
+         PAWN and HSIC of a factor may come from the other factors."
     ))
 }
 
-/// How strongly two factors go together.
+/// Strength of the relation of two factors.
 #[derive(Debug, Clone, Copy, PartialEq)]
 enum Bond {
     /// Rank correlation of two numbers.

@@ -1,9 +1,9 @@
-//! Why a dataset has no indices.
+//! Reasons why a dataset has no indices.
 
 use decore_dataset::DatasetError;
 use decore_study::StudyError;
 
-/// Why a dataset has no indices.
+/// Reason why a dataset has no indices.
 #[derive(Debug, thiserror::Error)]
 pub enum SensitivityError {
     /// The tables cannot be read, or lack a column.
@@ -15,30 +15,30 @@ pub enum SensitivityError {
     /// A study without factors.
     #[error("the study has no factors: an analysis needs a [design] with at least one [design.factor]")]
     NoFactors,
-    /// Rows that are not those of the design.
+    /// Rows that do not belong to the design.
     #[error(
-        "rows {first} to {last} are no {unit} of the design that the study describes (factor `{factor}` differs); \
-         `decore verify` says whether the dataset is damaged"
+        "rows {first} to {last} are not a {unit} of the study's design (factor `{factor}` differs); run `decore verify` \
+         to find damaged files"
     )]
     Layout {
         /// The first row.
         first: u64,
         /// The last row.
         last: u64,
-        /// What they should be.
+        /// Expected unit.
         unit: &'static str,
         /// The factor that differs.
         factor: String,
     },
-    /// Trajectories, of which other indices than elementary effects are asked for.
+    /// Trajectories, of which other indices than elementary effects are requested.
     #[error(
         "the rows of a `morris` design serve elementary effects only, as they lie on trajectories: other indices need another \
          kind of design"
     )]
     Trajectories,
-    /// Rows that are analysed as any rows are whether or not it is asked for.
+    /// Rows that are analysed as any rows are whether or not it is requested.
     #[error(
-        "only the rows of a `saltelli` design can be analysed as any rows are instead; those of this one are anyway: leave `given` out"
+        "`given` is for `saltelli` designs only; the rows of this design always have these indices: leave `given` out"
     )]
     Given,
     /// An estimator of Sobol' indices for rows that have none.
@@ -47,9 +47,9 @@ pub enum SensitivityError {
          `saltelli` design without constraints"
     )]
     Estimator {
-        /// Its name.
+        /// Name of the estimator.
         estimator: &'static str,
-        /// Why there are no Sobol' indices.
+        /// Reason why there are no Sobol' indices.
         why: &'static str,
     },
 }

@@ -1,13 +1,13 @@
-//! Which factor of a sweep matters: what [`decore_statistics::analysis`] finds in the rows of a dataset, with what the study's design says
-//! of them and what became of each row.
+//! Ranks the factors of a sweep: applies [`decore_statistics::analysis`] to the rows of a dataset, according to the study's design and
+//! the status of each row.
 //!
 //! ```text
 //! tables --dataset--> Table --whole units--> analysis --> Sensitivity --> text, JSON, Parquet
 //! study text --study--> DesignOutline --^
 //! ```
 //!
-//! A Saltelli design has Sobol' indices, Morris trajectories have elementary effects. Rows that failed, are missing or lack an
-//! output take the block or trajectory that they belong to with them, and every result says so.
+//! A Saltelli design has Sobol' indices, Morris trajectories have elementary effects. A failed, missing or incomplete row removes its
+//! whole block or trajectory. Every result lists such rows.
 
 mod analyse;
 mod columns;

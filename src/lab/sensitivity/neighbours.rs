@@ -1,4 +1,4 @@
-//! What estimators that compare a row with its neighbours may make of the rows of a design.
+//! Suitability of a design's rows for estimators that compare a row with its neighbours.
 
 use std::collections::HashMap;
 
@@ -10,13 +10,13 @@ use decore_study::DesignOutline;
 /// Whether S1 by ranks and Shapley effects are computed, and of which rows.
 #[derive(Debug, Default)]
 pub(super) struct Neighbours {
-    /// Why they are not.
+    /// Reason why they are not suitable.
     pub refused: Option<String>,
     /// Whether rows are somewhat more even than independent draws, so that both are a little off.
     pub hypercube: bool,
     /// Whether rows fill every factor's classes evenly in the others.
     pub even: bool,
-    /// Rows at the place of another row; 0 where rows are drawn, as drawn ones may meet.
+    /// Rows at the place of another row; 0 if rows are drawn, as drawn ones may meet.
     pub repeated: usize,
 }
 
@@ -47,7 +47,7 @@ impl Neighbours {
         }
     }
 
-    /// What a reader must know of it.
+    /// Returns notes for the reader.
     pub fn notes(&self) -> Vec<String> {
         let repeated = (self.repeated > 0).then(|| {
             format!(
@@ -56,8 +56,9 @@ impl Neighbours {
             )
         });
         let hypercube = self.hypercube.then(|| {
-            "Rows of an optimised Latin hypercube lie more evenly than independent draws: S1 by ranks and Shapley effects are off by \
-             more than their intervals say, by up to 0.15 of 240 rows and 0.05 of 2000 in a case with known ones; eta2 is not."
+            "Rows of an optimised Latin hypercube are more even than independent draws. So the errors of S1 by ranks \
+             and Shapley effects exceed their intervals: in a known case by up to 0.15 with 240 rows and 0.05 \
+             with 2000. eta2 is not affected."
                 .to_owned()
         });
         self.refused.iter().cloned().chain(hypercube).chain(repeated).collect()
@@ -95,13 +96,13 @@ fn places(columns: &[&[f64]]) -> Vec<Vec<usize>> {
 
 fn refusal(what: &str) -> String {
     format!(
-        "S1 by ranks and Shapley effects are not computed: they take rows for independent draws, and {what} are laid out so evenly \
-         that neighbours in one factor differ more in the others. eta2 is the share of the variance that a factor has alone, and \
-         holds here; `random` rows and Latin hypercubes have all of them."
+        "S1 by ranks and Shapley effects are not computed: they need independent draws, but {what} are so even that \
+         neighbours in one factor differ more in the others. Use eta2, the share of the variance due to a factor \
+         alone, or `random` rows or a Latin hypercube to get all indices."
     )
 }
 
-/// What the rows of a design that are no independent draws are called.
+/// Name of a design whose rows are not independent draws.
 fn laid_out(kind: &Kind) -> Option<&'static str> {
     match kind {
         Kind::Random(_) | Kind::LatinHypercube(_) => None,

@@ -1,4 +1,4 @@
-//! How far the factors of a Morris design move.
+//! Lengths of the moves of a Morris design.
 
 use super::table::FactorColumn;
 use decore_statistics::analysis::Reach;

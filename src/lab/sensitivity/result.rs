@@ -1,4 +1,4 @@
-//! What an analysis finds: plain data, the same in text, JSON and Parquet.
+//! Result of an analysis: plain data, equal in text, JSON and Parquet.
 
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
@@ -21,23 +21,23 @@ pub struct Sensitivity {
     pub rows_there: u64,
     /// The factors that are compared, in the study's order.
     pub factors: Vec<String>,
-    /// What was computed.
+    /// Method of the analysis.
     pub method: Method,
-    /// How intervals were found.
+    /// Method of the intervals.
     pub intervals: Intervals,
-    /// What a reader must know, a sentence each.
+    /// Notes for the reader, a sentence each.
     pub notes: Vec<String>,
-    /// The outputs, as asked for.
+    /// The outputs, as requested.
     pub outputs: Vec<OutputSensitivity>,
 }
 
-/// What is computed.
+/// Kind of indices.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, JsonSchema)]
 #[serde(rename_all = "snake_case", tag = "name")]
 pub enum Method {
     /// Sobol' indices from the blocks of a Saltelli design.
     Sobol {
-        /// How they are estimated.
+        /// Estimator of the indices.
         estimator: Estimator,
         /// Rows of a block.
         block: usize,
@@ -53,7 +53,7 @@ pub enum Method {
     Given,
 }
 
-/// How intervals are found.
+/// Method of the intervals.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, JsonSchema)]
 pub struct Intervals {
     /// Bootstrap replicates, or halves of the rows; 0: there are no intervals.
@@ -69,15 +69,15 @@ pub struct Intervals {
 pub struct OutputSensitivity {
     /// Name of the column.
     pub output: String,
-    /// Its unit.
+    /// Unit.
     pub unit: String,
-    /// What it is, in words.
+    /// Description in words.
     pub description: String,
     /// The rows that were used.
     pub used: Used,
-    /// Why there are no indices; null where there are.
+    /// Reason why there are no indices; null if there are.
     pub refused: Option<String>,
-    /// What a reader must know of these indices: factors without, intervals that are missing.
+    /// Notes on these indices: factors without indices, missing intervals.
     pub notes: Vec<String>,
     /// The indices, by factor in the study's order.
     pub indices: Vec<Index>,
@@ -86,13 +86,13 @@ pub struct OutputSensitivity {
 /// The rows that went into the indices of an output.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, JsonSchema)]
 pub struct Used {
-    /// What rows belong together as.
+    /// Unit of rows that belong together.
     pub unit: UnitName,
     /// Units all of whose rows have the output: only these are used.
     pub whole: u64,
     /// Units of the design.
     pub of: u64,
-    /// Why the others are not whole.
+    /// Reasons why the others are incomplete.
     pub left_out: Vec<LeftOut>,
 }
 
@@ -111,7 +111,7 @@ pub enum UnitName {
 /// Rows without the output, for one reason.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 pub struct LeftOut {
-    /// Status and reason of the rows, or what their output is.
+    /// Status and reason of the rows, or the state of their output.
     pub reason: String,
     /// Number of rows.
     pub count: u64,
@@ -122,13 +122,13 @@ pub struct LeftOut {
 /// An index of a factor or a pair of factors.
 #[derive(Debug, Clone, PartialEq, Serialize, JsonSchema)]
 pub struct Index {
-    /// Which index.
+    /// Kind of index.
     pub index: IndexName,
     /// The factor, or the two factors of a pair.
     pub factors: Vec<String>,
-    /// Its value; null where it has none.
+    /// Value; null if there is none.
     pub value: Option<f64>,
-    /// Ends of its interval; null where there is none.
+    /// Ends of its interval; null if there is none.
     pub interval: Option<[f64; 2]>,
 }
 
@@ -140,7 +140,7 @@ named! {
         S1 = "s1",
         /// Share of the variance that a factor has alone or together with others.
         St = "st",
-        /// Share of the variance that a pair of factors has beyond what each has alone.
+        /// Share of the variance due to a pair of factors beyond each alone.
         S2 = "s2",
         /// Mean size of the elementary effects, per range of the factor; in the output's unit.
         MuStar = "mu_star",
@@ -148,13 +148,13 @@ named! {
         Mu = "mu",
         /// Standard deviation of the elementary effects; in the output's unit.
         Sigma = "sigma",
-        /// Shapley effect: share of the variance; those of all factors add up to 1, also where factors depend on each other.
+        /// Shapley effect: share of the variance. The effects of all factors add up to 1, also if factors depend on each other.
         Shapley = "shapley",
         /// First-order Sobol' index by ranks.
         Rank = "rank",
         /// Correlation ratio of classes of the factor.
         CorrelationRatio = "correlation_ratio",
-        /// PAWN: median distance of the output's distributions in slices of the factor from that of all rows.
+        /// PAWN: median distance between the output's distributions in slices of the factor and over all rows.
         Pawn = "pawn",
         /// The largest of these distances.
         PawnMaximum = "pawn_maximum",
@@ -166,7 +166,7 @@ named! {
 }
 
 impl Sensitivity {
-    /// How wide the intervals of the factors are.
+    /// Widths of the intervals of the factors.
     pub fn widths(&self) -> Widths {
         let widest = |settled: bool| {
             let all = self.outputs.iter().flat_map(move |output| output.widths(settled));
@@ -185,7 +185,7 @@ impl Sensitivity {
 /// largest mu* of the output.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Widths {
-    /// The widest of those that more rows narrow; `None` where there is none.
+    /// The widest of those that more rows narrow; `None` if there is none.
     pub widest: Option<f64>,
     /// The widest of Shapley effects that come of as many rows as they ever do.
     pub settled: Option<f64>,
@@ -222,7 +222,7 @@ impl IndexName {
         !matches!(self, Self::Pawn | Self::PawnMaximum | Self::HsicR2 | Self::HsicPValue)
     }
 
-    /// Its symbol in texts.
+    /// Symbol in texts.
     pub fn symbol(self) -> &'static str {
         match self {
             Self::S1 => "S1",
@@ -243,7 +243,7 @@ impl IndexName {
 }
 
 impl UnitName {
-    /// Its name, in the plural.
+    /// Name in the plural.
     pub fn plural(self) -> &'static str {
         match self {
             Self::Blocks => "blocks",

@@ -12,20 +12,20 @@ use decore_study::DesignOutline;
 pub struct FactorColumn {
     /// Name as in the study.
     pub name: String,
-    /// Its values; names by their place in the study's list.
+    /// Values; for names their place in the study's list.
     pub values: Vec<f64>,
     /// Whether its values are names, which have no order.
     pub nominal: bool,
-    /// The names, by the numbers that stand for them; empty where it has none.
+    /// The names, by the numbers that stand for them; empty if it has none.
     pub names: Vec<String>,
 }
 
 /// An output's values, row by row.
 #[derive(Debug, Clone)]
 pub struct OutputColumn {
-    /// What the column is.
+    /// Description of the column.
     pub description: ColumnDescription,
-    /// Its values; NaN where a row has none.
+    /// Values; NaN for rows without one.
     pub values: Vec<f64>,
 }
 
@@ -34,7 +34,7 @@ pub struct OutputColumn {
 pub struct Table {
     /// Index of each row in the design, ascending.
     pub rows: Vec<u64>,
-    /// Why a row is not done, as an index of [`Table::reasons`].
+    /// Reason why a row is not done, as an index of [`Table::reasons`].
     pub faults: Vec<Option<usize>>,
     /// The different reasons.
     pub reasons: Vec<String>,

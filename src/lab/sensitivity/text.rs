@@ -6,7 +6,7 @@ use super::result::{Index, IndexName, LeftOut, Method, OutputSensitivity, Sensit
 
 /// Rows that are named per reason.
 const NAMED_ROWS: usize = 8;
-/// Reasons that are told per output.
+/// Number of printed reasons per output.
 const REASONS: usize = 4;
 /// Indices by which factors are put in order, the first that there is.
 const RANKINGS: [IndexName; 4] = [IndexName::St, IndexName::MuStar, IndexName::Shapley, IndexName::CorrelationRatio];
@@ -17,7 +17,7 @@ const TABLES: [&[IndexName]; 4] = [
     &[IndexName::Shapley, IndexName::Rank, IndexName::CorrelationRatio],
     &[IndexName::Pawn, IndexName::PawnMaximum, IndexName::HsicR2, IndexName::HsicPValue],
 ];
-/// Pairs of factors that are told per output, the largest first.
+/// Number of printed pairs of factors per output, the largest first.
 const PAIRS: usize = 10;
 
 impl fmt::Display for Sensitivity {

@@ -1,4 +1,4 @@
-//! Rows that belong together: which blocks and trajectories are whole, and why others are not.
+//! Blocks and trajectories: complete ones, and reasons why others are not.
 
 use std::collections::BTreeMap;
 
@@ -6,16 +6,16 @@ use super::error::SensitivityError;
 use super::result::{LeftOut, UnitName, Used};
 use super::table::{OutputColumn, Table};
 
-/// Why rows that are still to come are left out.
+/// Reason for rows that are not run yet.
 pub const NOT_RUN: &str = "not run yet";
 
-/// Rows that are named of those without an output.
+/// Largest number of listed rows without an output.
 const MOST_NAMED: usize = 1000;
 
 /// The design's rows cut in units of one size.
 #[derive(Debug, Clone, Copy)]
 pub struct Units {
-    /// What they are.
+    /// Name of the units.
     pub name: UnitName,
     /// Rows of a unit.
     pub size: usize,
@@ -27,7 +27,7 @@ pub struct Units {
 pub struct UsableUnits {
     /// Places in the table at which whole units start.
     pub starts: Vec<usize>,
-    /// How many that are, and what became of the others.
+    /// Number of complete ones, and reasons for the others.
     pub used: Used,
 }
 

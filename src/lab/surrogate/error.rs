@@ -1,4 +1,4 @@
-//! Why there is no surrogate, or no prediction.
+//! Reasons why there is no surrogate, or no prediction.
 
 use std::path::PathBuf;
 
@@ -6,7 +6,7 @@ use decore_dataset::DatasetError;
 use decore_statistics::regression::RegressionError;
 use decore_study::StudyError;
 
-/// Why there is no surrogate, or no prediction.
+/// Reason why there is no surrogate, or no prediction.
 #[derive(Debug, thiserror::Error)]
 pub enum SurrogateError {
     /// The tables cannot be read or written, or lack a column.
@@ -18,10 +18,10 @@ pub enum SurrogateError {
     /// A study without factors.
     #[error("the study has no factors: a surrogate needs a [design] with at least one [design.factor]")]
     NoFactors,
-    /// An output that rows cannot be told apart by.
-    #[error("output `{output}` is asked for twice: name each once")]
+    /// Two columns with the same output.
+    #[error("output `{output}` is given twice: give each once")]
     Twice {
-        /// Its column.
+        /// Column of the output.
         output: String,
     },
     /// No output has a model.
@@ -30,26 +30,26 @@ pub enum SurrogateError {
         /// For each output its name and the reason.
         reasons: Vec<String>,
     },
-    /// A file that is no model.
+    /// A file that is not a model.
     #[error(
-        "{} is no model that can be used: {reason}; `decore surrogate DATASET --output FILE` writes one",
+        "{} is not a usable model: {reason}; write one with `decore surrogate DATASET --output FILE`",
         .path.display()
     )]
     Model {
         /// The file.
         path: PathBuf,
-        /// What is wrong with it.
+        /// The fault.
         reason: String,
     },
     /// A table whose rows cannot be predicted.
     #[error("{0}")]
     Table(String),
-    /// A model that does not give what it should.
+    /// A model that failed.
     #[error("the model of `{output}`: {source}")]
     Regression {
-        /// Its column.
+        /// Column of the output.
         output: String,
-        /// What went wrong.
+        /// Cause.
         source: RegressionError,
     },
     /// A file that the system or the Parquet library did not write.
@@ -57,7 +57,7 @@ pub enum SurrogateError {
     Write {
         /// The file.
         path: PathBuf,
-        /// What they say.
+        /// Message of the faults.
         reason: String,
     },
 }

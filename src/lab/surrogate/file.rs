@@ -1,4 +1,4 @@
-//! The file of a model: its rows as columns of a Parquet file, all figures beside them as JSON.
+//! File of a model: its rows as columns of a Parquet file, its figures as JSON in the metadata.
 
 use std::path::Path;
 use std::sync::Arc;
@@ -22,7 +22,7 @@ use decore_dataset::{DatasetInfo, check_ending, check_free};
 use decore_files::{Limit, Staged, shielded};
 use decore_statistics::regression::{GaussianProcess, Places, Points, RegressionError};
 
-/// A predictor in Python that needs NumPy, and pyarrow to read files: written beside the models.
+/// Predictor in Python that needs only NumPy, written next to the models.
 pub const PREDICTOR: &str = include_str!("../../assets/predict.py");
 
 /// Version of the file's layout.
@@ -31,12 +31,12 @@ const LAYOUT: u32 = 1;
 const FIGURES: &str = "decore.surrogate";
 /// Key of the seal.
 const SEAL: &str = "decore.seal";
-/// What begins a seal; BLAKE3 of the file, in which zeros stand for the seal, follows in hexadecimal.
+/// Begin of a seal. The hexadecimal BLAKE3 checksum of the file follows, computed with zeros in its own place.
 const SEAL_BEGIN: &str = "blake3:";
 /// Digits of a seal.
 const SEAL_DIGITS: usize = 64;
 
-/// What a file says besides its columns.
+/// Metadata of a model's file.
 #[derive(Serialize, Deserialize)]
 struct Figures {
     layout: u32,
@@ -114,7 +114,7 @@ fn encoded(model: &Model, figures: String) -> Result<Vec<u8>, ParquetError> {
     writer.into_inner()
 }
 
-/// Where the digits of the seal are.
+/// Finds the position of the seal's digits.
 fn seal_place(bytes: &[u8]) -> Option<usize> {
     let begin = bytes.windows(SEAL_BEGIN.len()).rposition(|window| window == SEAL_BEGIN.as_bytes())?;
     let place = begin + SEAL_BEGIN.len();
@@ -124,7 +124,7 @@ fn seal_place(bytes: &[u8]) -> Option<usize> {
 /// Reads a model.
 ///
 /// # Errors
-/// [`SurrogateError::Model`] for a file that cannot be read, is no model, or is not as it was written.
+/// [`SurrogateError::Model`] for a file that cannot be read, is not a model, or is not as it was written.
 pub fn read(path: &Path) -> Result<Model, SurrogateError> {
     let fault = |reason: String| SurrogateError::Model { path: path.to_owned(), reason };
     from_bytes(decore_files::read(path, Limit::ROWS).map_err(|error| fault(error.to_string()))?, path)
@@ -137,13 +137,14 @@ pub fn read(path: &Path) -> Result<Model, SurrogateError> {
 pub fn from_bytes(mut bytes: Vec<u8>, path: &Path) -> Result<Model, SurrogateError> {
     let fault = |reason: String| SurrogateError::Model { path: path.to_owned(), reason };
     if !bytes.starts_with(b"PAR1") {
-        return Err(fault("it is no Parquet file".to_owned()));
+        return Err(fault("it is not a Parquet file".to_owned()));
     }
-    let place = seal_place(&bytes).ok_or_else(|| fault("it has no seal: it is cut, or something else".to_owned()))?;
+    let place =
+        seal_place(&bytes).ok_or_else(|| fault("it has no seal: it was truncated, or is another file".to_owned()))?;
     let found = bytes[place..place + SEAL_DIGITS].to_vec();
     bytes[place..place + SEAL_DIGITS].fill(b'0');
     if found != blake3::hash(&bytes).to_hex().as_bytes() {
-        return Err(fault("its bytes are not those that were written: it is cut or was changed".to_owned()));
+        return Err(fault("its bytes differ from the written ones: it was truncated or changed".to_owned()));
     }
     let decoded = shielded(|| decoded(Bytes::from(bytes)));
     let model = decoded.unwrap_or_else(|| Err("it is damaged".to_owned())).and_then(|model| match model.check() {

@@ -1,4 +1,4 @@
-//! From a dataset to a model.
+//! Fits a model to a dataset.
 
 use rayon::prelude::*;
 
@@ -18,10 +18,10 @@ use decore_statistics::regression::{
 /// Probability of an interval.
 const LEVEL: f64 = 0.95;
 
-/// What is said of values whose squares no number holds.
+/// Message for values whose squares are out of range.
 const NOT_FINITE: &str = "its values are too large or too small to be squared, or rounding is all that they differ by";
 
-/// What to model.
+/// Settings of the models.
 #[derive(Debug, Clone, PartialEq)]
 pub struct SurrogateSettings {
     /// Columns of `runs`; empty (default): [`DEFAULT_OUTPUTS`].
@@ -46,11 +46,11 @@ pub struct Derived<'a> {
     pub unit: String,
     /// Columns that it is computed from.
     pub columns: Vec<String>,
-    /// The value from those of the columns.
+    /// Value from the values of the columns.
     pub value: &'a (dyn Fn(&[f64]) -> f64 + Sync),
 }
 
-/// Reads a dataset and models its outputs. The dataset may still be written: what is there counts.
+/// Reads a dataset and models its outputs. If the dataset is still being written, its present rows count.
 ///
 /// # Errors
 /// Those of reading, [`SurrogateError::NoFactors`], [`SurrogateError::Twice`]. An output that has no model (constant, too few rows)
@@ -167,7 +167,7 @@ impl Derived<'_> {
     }
 }
 
-/// The column with what twins of a row showed of an output.
+/// Column with an output's scatter over twins.
 fn scatter_of(output: &str) -> String {
     format!("{output}_scatter")
 }
@@ -239,7 +239,7 @@ impl FitRows<'_> {
     ) -> Result<(RowsProcess, ProcessFigures), String> {
         let words = |error: RegressionError| error.to_string();
         let places = Places::new(&self.points.select(rows), values).map_err(words)?;
-        // What twins show counts as much as one more run per place.
+        // The scatter of twins counts as one more run per place.
         let places = match twin_scatter {
             Some(scatter) => {
                 let freedom = places.values().len() as f64;
@@ -254,7 +254,7 @@ impl FitRows<'_> {
         if figures.are_finite() { Ok((process, figures)) } else { Err(NOT_FINITE.to_owned()) }
     }
 
-    /// How likely a row has the output, where some have not; `with`: the rows that have it.
+    /// Probability that a row has the output, if some have not; `with`: the rows that have it.
     fn success(&self, with: &[usize]) -> Result<(Option<SuccessFigures>, Option<RowsProcess>), RegressionError> {
         let all = self.points.rows();
         if with.len() == all {
@@ -275,7 +275,7 @@ impl FitRows<'_> {
         })
     }
 
-    /// Median over the rows of what their twins showed.
+    /// Median scatter of the rows' twins.
     fn twin_scatter(&self, output: &str) -> Option<f64> {
         let name = scatter_of(output);
         let column = self.table.outputs.iter().find(|column| column.description.name == name)?;

@@ -1,4 +1,4 @@
-//! What rows do not show of the factors: names that none of them has, and places between few values.
+//! Limits of the rows' information about the factors: names that no row has, and places between few values.
 
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -7,18 +7,17 @@ use crate::sensitivity::Table;
 use decore_dataset::DatasetInfo;
 use decore_quantity::Kind;
 
-/// Values of a factor up to which Q2 may deceive. Of an output half of whose variance is one jump, on grids of two factors, rows left out
-/// have a Q2 of 1.00, new places of 0.76 (3 values), 0.83 (4), 0.89 (5 and 6), 0.94 (8) and 0.97 (12) on average; where the jump is all,
-/// twice as much is missing.
+/// Number of values of a factor up to which Q2 may deceive. If half of an output's variance is one jump on a grid of two factors, Q2 is
+/// 1.00 for left-out rows, and on average 0.76 (3 values), 0.83 (4), 0.89 (5 and 6), 0.94 (8) and 0.97 (12) at new places. If the jump is
+/// the whole variance, twice as much is missing.
 const FEW: usize = 12;
 
-/// What a reader must know of these rows of the table, a sentence each.
+/// Returns notes on these rows of the table, a sentence each.
 pub(super) fn remarks(factors: &[FactorSpace], table: &Table, rows: &[usize], info: &DatasetInfo) -> Vec<String> {
     let mut remarks = Vec::new();
     for factor in factors.iter().filter(|factor| !factor.unseen.is_empty()) {
         let names = factor.unseen.iter().map(|name| format!("`{name}`")).collect::<Vec<_>>().join(", ");
-        remarks
-            .push(format!("No row that is used has {names} of `{}`: what is predicted there is a guess.", factor.name));
+        remarks.push(format!("None of the used rows has {names} of `{}`: predictions there are guesses.", factor.name));
     }
     let few = factors.iter().enumerate().filter_map(|(place, factor)| {
         let levels = levels(table, place, rows);
@@ -30,9 +29,9 @@ pub(super) fn remarks(factors: &[FactorSpace], table: &Table, rows: &[usize], in
     let few: Vec<String> = few.collect();
     if !few.is_empty() {
         remarks.push(format!(
-            "The rows have few values of {}: rows left out mostly lie on the same ones as others do, so that Q2, errors and intervals \
-             speak of these values alone. An output that jumps between them is predicted wrongly there, whatever Q2 says; rows between \
-             them would tell (a Latin hypercube, Sobol' points).",
+            "The rows have few values of {}. Left-out rows mostly have the same values as others, so Q2, errors and \
+             intervals are valid only at these values. If an output jumps between them, its predictions there \
+             are wrong, whatever Q2 is. Rows between them would show it (a Latin hypercube, Sobol' points).",
             few.join(", ")
         ));
     }
@@ -41,9 +40,9 @@ pub(super) fn remarks(factors: &[FactorSpace], table: &Table, rows: &[usize], in
 
 /// The different values of a factor.
 struct Levels {
-    /// How many there are.
+    /// Number of values.
     count: usize,
-    /// How many of them are those of one place alone: left out, that place shows what is between the others.
+    /// Number of values of one place only: leaving out this place tests a gap between the other values.
     single: usize,
     /// Whether they are all whole numbers from the least to the largest.
     are_all: bool,

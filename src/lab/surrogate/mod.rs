@@ -1,4 +1,5 @@
-//! Surrogates: what [`decore_statistics::regression`] makes of the rows of a dataset, kept in a file that predicts rows not run.
+//! Surrogates: [`decore_statistics::regression`] applied to the rows of a dataset, and stored in a file that predicts rows without
+//! running them.
 //!
 //! ```text
 //! tables --dataset, sensitivity--> Table --fit--> Model --file--> Parquet --+--file--> Model --predict--> columns

@@ -1,4 +1,4 @@
-//! A surrogate with all that predicts.
+//! A surrogate with all its predictors.
 
 use super::error::SurrogateError;
 use super::result::{OutputSurrogate, ProcessFigures, Surrogate};
@@ -8,7 +8,7 @@ use decore_statistics::regression::{GaussianProcess, Hyperparameters, Kernel, Po
 /// A surrogate of a dataset, ready to predict.
 #[derive(Debug, Clone)]
 pub struct Model {
-    /// What it is.
+    /// Figures of the models.
     pub surrogate: Surrogate,
     /// The study that its rows are of.
     pub info: DatasetInfo,
@@ -23,9 +23,9 @@ pub struct Model {
 /// The processes of an output.
 #[derive(Debug, Clone, Default)]
 pub struct OutputModel {
-    /// Of the output; `None` where it is refused.
+    /// Of the output; `None` if it is refused.
     pub process: Option<RowsProcess>,
-    /// Of 1 and -1; `None` where the probability of success is the same everywhere.
+    /// Of 1 and -1; `None` if the probability of success is the same everywhere.
     pub success: Option<RowsProcess>,
     /// The value that all rows have, where that is why there is no process. Not kept in files.
     pub constant: Option<f64>,
@@ -68,7 +68,7 @@ impl Model {
 }
 
 impl OutputModel {
-    /// How likely a row has the output; `None` where all rows have it.
+    /// Probability that a row has the output; `None` if all rows have it.
     pub fn success_of(&self, output: &OutputSurrogate) -> Option<Success> {
         let figures = output.success.as_ref()?;
         Some(match (&self.success, figures.scaling) {
@@ -86,7 +86,7 @@ impl RowsProcess {
         Self { rows: first, values: places.values().to_vec(), process }
     }
 
-    /// Its figures; `folds`: errors of rows left out with all fitted anew.
+    /// Figures of the process. `folds`: errors of left-out rows with a new fit.
     pub(super) fn figures(&self, folds: Option<&Residuals>, level: f64) -> ProcessFigures {
         let process = &self.process;
         let of = process.hyperparameters();

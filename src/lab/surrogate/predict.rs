@@ -1,4 +1,4 @@
-//! Rows that were not run, as a model sees them.
+//! Predictions for rows that were not run.
 
 use std::path::Path;
 
@@ -13,7 +13,7 @@ use decore_quantity::CellColumn;
 use decore_statistics::regression::{Points, Prediction, RegressionError};
 use decore_study::{TableRow, factor_rows};
 
-/// Told of a row whose values the rows cover one by one and not together.
+/// Note on a row whose values the rows cover separately but not together.
 const FAR: &str = "far from all rows";
 
 /// Predictions of a table.
@@ -28,7 +28,7 @@ pub struct Predicted {
 }
 
 impl Predicted {
-    /// What of it cannot be relied on, a sentence each: rows that are a guess, poor models.
+    /// Returns warnings, a sentence each: rows whose prediction is a guess, poor models.
     pub fn warnings(&self, model: &Model) -> Vec<String> {
         let (outside, rows) = (self.outside, self.rows);
         let guess = (outside > 0).then(|| {
@@ -56,7 +56,7 @@ pub fn predict(model: &Model, table: &Path) -> Result<Predicted, SurrogateError>
 /// A row to be predicted.
 #[derive(Debug, Clone)]
 pub struct QueryRow<'a> {
-    /// Where it stands, for errors.
+    /// Place of the table, for errors.
     pub place: String,
     /// Values of the factors, in the model's order, as texts.
     pub cells: &'a [String],
@@ -100,8 +100,8 @@ pub fn predict_rows(model: &Model, rows: &[QueryRow<'_>]) -> Result<Predicted, S
         name: "extrapolated".to_owned(),
         unit: String::new(),
         description:
-            "Factors outside the range that the model knows, or beyond what its rows cover; `far from all rows` where their values are \
-             covered one by one and not together; empty among the rows."
+            "Factors outside the model's range, or beyond its rows; `far from all rows` if their values are covered \
+             separately but not together; empty among the rows."
                 .to_owned(),
         values: CellColumn::texts(&outside),
     });
@@ -121,7 +121,7 @@ fn read_row(model: &Model, row: &QueryRow<'_>) -> Result<Vec<f64>, SurrogateErro
     cells.map(value).collect()
 }
 
-/// For each row the factors whose values lie outside what the model knows, or that it is far from all rows.
+/// For each row the factors with values outside the model's range, or a note that it is far from all rows.
 fn outside(model: &Model, values: &[Vec<f64>], places: &Points) -> Vec<String> {
     let used = model.points.select(&Model::used(&model.outputs, model.points.rows()));
     let covered = model.surrogate.covered_distance.filter(|_| used.rows() > 0);
@@ -135,7 +135,7 @@ fn outside(model: &Model, values: &[Vec<f64>], places: &Points) -> Vec<String> {
     (0..values.len()).into_par_iter().map(row).collect()
 }
 
-/// What is said of an output; nothing where it is refused.
+/// Returns the columns of an output; none if its model is refused.
 fn output_columns(
     (output, model): (&OutputSurrogate, &OutputModel),
     places: &Points,

@@ -1,4 +1,4 @@
-//! What a surrogate is: plain data, the same in text, JSON and the file of a model.
+//! Figures of a surrogate: plain data, equal in text, JSON and the file of a model.
 
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
@@ -21,17 +21,17 @@ pub struct Surrogate {
     pub rows_there: u64,
     /// The factors, in the study's order.
     pub factors: Vec<FactorSpace>,
-    /// Distance from the nearest place of the rows, in scaled factors, up to which a place is among them: 1.5 times the second largest
-    /// between a place and its nearest one; null in files of models from before it was told.
+    /// Largest distance from the nearest place of the rows, in scaled factors, within which a place counts as covered: 1.5 times the second
+    /// largest distance between a place and its nearest one. Null in files of older models.
     #[serde(default)]
     pub covered_distance: Option<f64>,
     /// Q2 below which a model warns.
     pub least_q2: f64,
     /// Probability of an interval.
     pub level: f64,
-    /// What a reader must know, a sentence each.
+    /// Notes for the reader, a sentence each.
     pub notes: Vec<String>,
-    /// The outputs, as asked for.
+    /// The outputs, as requested.
     pub outputs: Vec<OutputSurrogate>,
 }
 
@@ -40,24 +40,24 @@ pub struct Surrogate {
 pub struct OutputSurrogate {
     /// Name of the column.
     pub output: String,
-    /// Its unit.
+    /// Unit.
     pub unit: String,
-    /// What it is, in words.
+    /// Description in words.
     pub description: String,
     /// Rows that the model is made from.
     pub used: u64,
-    /// Why others were not.
+    /// Reasons why other rows were left out.
     pub left_out: Vec<LeftOut>,
-    /// Why there is no model; null where there is.
+    /// Reason why there is no model; null if there is one.
     pub refused: Option<String>,
     /// The Gaussian process.
     pub process: Option<ProcessFigures>,
-    /// The polynomial chaos beside it; null where there is none.
+    /// Polynomial chaos for comparison; null if there is none.
     pub chaos: Option<ChaosFigures>,
-    /// Why there is no polynomial chaos, e.g. too few rows, or a term that stands on a single one; null where there is.
+    /// Reason why there is no polynomial chaos, e.g. too few rows, or a term that depends on a single row; null if there is one.
     #[serde(default)]
     pub chaos_refused: Option<String>,
-    /// The probability that a row has the output; null where all rows have it.
+    /// The probability that a row has the output; null if all rows have it.
     pub success: Option<SuccessFigures>,
     /// Median of the standard deviations that the rows' twins showed, in the output's unit; null without twins.
     pub twin_scatter: Option<f64>,
@@ -73,8 +73,7 @@ pub struct ProcessFigures {
     pub weights: Vec<f64>,
     /// Variance of the noise at each place over `variance`.
     pub noise: f64,
-    /// Variance of the noise of each run over `variance`, as runs at one place or twins show it; 0 without such, and in files of models
-    /// from before it was told.
+    /// Variance of the noise of each run over `variance`, from runs at one place or twins; 0 without them, and in files of older models.
     #[serde(default)]
     pub spread: f64,
     /// Evidence for `spread`: the sum of squared deviations of runs from the means of their places, twins' scatter included.
@@ -93,16 +92,16 @@ pub struct ProcessFigures {
     /// rows were brought together.
     #[serde(default)]
     pub places: u64,
-    /// Groups of places that are left out together, as they are nearly one under `weights`; as many as places where all are by
-    /// themselves. 0 in files of models from before they were told.
+    /// Number of groups of places that are left out together, because they are nearly one with `weights`; equal to the number of places if
+    /// all are separate. 0 in files of older models.
     #[serde(default)]
     pub groups: u64,
-    /// Share of the variance that is predicted of rows that are left out, one group at a time.
+    /// Share of the variance that is predicted for left-out rows, one group at a time.
     pub q2: f64,
-    /// The same with a tenth of the groups left out at a time (one at a time of fewer than 20) and lengths and noise fitted anew: the
+    /// The same with a tenth of the groups left out at a time (one at a time of fewer than 20) and lengths and noise fitted again: the
     /// honest one; null for more than 320 rows, where it makes no difference.
     pub q2_folds: Option<f64>,
-    /// Root mean square of the errors of rows that are left out, one group at a time, in the output's unit.
+    /// Root mean square of the errors of left-out rows, one group at a time, in the output's unit.
     pub rms_error: f64,
     /// Standard deviations that an interval reaches to both sides.
     pub reach: f64,
@@ -115,26 +114,26 @@ pub struct ChaosFigures {
     pub degree: usize,
     /// Number of terms.
     pub terms: usize,
-    /// Share of the variance that is predicted of rows that are left out, one group of the process at a time.
+    /// Share of the variance that is predicted for left-out rows, one group of the process at a time.
     pub q2: f64,
 }
 
-/// How likely a row has the output: `1 / (1 + exp(-(slope m + offset) / sqrt(1 + pi slope^2 s^2 / 8)))`, `m` and `s` being mean and
-/// standard deviation of a Gaussian process of 1 and -1; the same everywhere where there is no such process.
+/// Probability that a row has the output: `1 / (1 + exp(-(slope m + offset) / sqrt(1 + pi slope^2 s^2 / 8)))`, `m` and `s` the mean and
+/// standard deviation of a Gaussian process of 1 and -1. Constant if there is no such process.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct SuccessFigures {
     /// Share of the rows that have the output.
     pub share: f64,
-    /// The probability that holds everywhere; null where it depends on the place.
+    /// The probability that holds everywhere; null if it depends on the place.
     pub everywhere: Option<f64>,
-    /// The process of 1 and -1; null where there is none.
+    /// The process of 1 and -1; null if there is none.
     pub process: Option<ProcessFigures>,
     /// Slope and offset; null without a process.
     pub scaling: Option<[f64; 2]>,
 }
 
 impl ProcessFigures {
-    /// The smaller of both shares that are predicted; NaN where one is, which is worse than any.
+    /// The smaller of both shares that are predicted; NaN if one is, which is worse than any.
     pub fn least_q2(&self) -> f64 {
         match self.q2_folds {
             Some(folds) if folds.is_nan() || folds < self.q2 => folds,
@@ -144,7 +143,7 @@ impl ProcessFigures {
 }
 
 impl Surrogate {
-    /// What is to be said at every use: models that predict too little, a sentence each.
+    /// Returns warnings for every use: models that predict too little, a sentence each.
     pub fn warnings(&self) -> Vec<String> {
         let of = |output: &OutputSurrogate| {
             let q2 = output.process.as_ref()?.least_q2();

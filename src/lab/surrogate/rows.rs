@@ -23,9 +23,9 @@ pub(super) struct FactorRows {
     pub factors: Vec<FactorSpace>,
     /// The rows' places.
     pub points: Points,
-    /// Rows that the dataset holds, of which the table may have some.
+    /// Number of rows of the dataset; the table may have fewer.
     pub rows_there: usize,
-    /// What a reader must know, a sentence each.
+    /// Notes for the reader, a sentence each.
     pub notes: Vec<String>,
 }
 

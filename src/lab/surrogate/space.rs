@@ -11,7 +11,7 @@ use decore_study::FactorOutline;
 
 /// Share of a range by which rounding may leave it.
 const ROUNDING: f64 = 1e-9;
-/// Share of what rows span by which a value may lie beyond: designs that fill a range leave so much at its ends.
+/// Share of the rows' span by which a value may exceed it: designs that fill a range leave such gaps at its ends.
 const BEYOND: f64 = 0.1;
 
 /// Times the distance between rows up to which a place counts as among them.
@@ -43,11 +43,11 @@ pub struct FactorSpace {
     pub unit: String,
     /// The names that it chooses from, by their numbers; empty for a range.
     pub names: Vec<String>,
-    /// Ends of its range: the study's, or what its rows span. Scaled to 0 and 1; 0 and 1 themselves for names.
+    /// Ends of the range: in the study, or of the rows. Scaled to 0 and 1; 0 and 1 themselves for names.
     pub range: [f64; 2],
     /// Whether its logarithm is scaled.
     pub logarithmic: bool,
-    /// Least and largest value of the rows that models are made from; null for names, and in files of models from before it was told.
+    /// Smallest and largest value of the models' rows; null for names, and in files of older models.
     #[serde(default)]
     pub covered: Option<[f64; 2]>,
     /// The names that none of these rows has.
@@ -73,7 +73,7 @@ impl FactorSpace {
         found
     }
 
-    /// Takes note of what the values of rows cover.
+    /// Records the range of rows' values.
     pub(super) fn cover(&mut self, values: &[f64]) {
         let seen = |number: usize| values.contains(&(number as f64));
         let names = self.names.iter().enumerate();
@@ -113,8 +113,8 @@ impl FactorSpace {
         }
     }
 
-    /// Whether a value lies outside the range, or far from what rows cover: a name that no row has, a number by more than a tenth of what
-    /// they span.
+    /// Whether a value is outside the range, or far from the rows: a name that no row has, or a number beyond the rows by more than a tenth
+    /// of their span.
     pub(super) fn is_outside(&self, value: f64) -> bool {
         if !self.names.is_empty() {
             return self.names.get(value as usize).is_none_or(|name| self.unseen.contains(name));

@@ -1,4 +1,4 @@
-//! Which rows of a dataset succeed.
+//! Probability that a row of a dataset succeeds.
 
 use super::error::SurrogateError;
 use super::rows::FactorRows;
@@ -6,7 +6,7 @@ use super::space::FactorSpace;
 use decore_dataset::DatasetReader;
 use decore_statistics::regression::{Points, Success};
 
-/// How likely a row of a study is done, by place.
+/// Probability that a row of a study is done, by place.
 #[derive(Debug, Clone)]
 pub struct SuccessModel {
     /// Name of the study.

@@ -8,7 +8,7 @@ use decore_statistics::regression::FOLDS;
 
 /// Rows that are named per reason.
 const NAMED_ROWS: usize = 8;
-/// Reasons that are told per output.
+/// Number of printed reasons per output.
 const REASONS: usize = 4;
 /// Share of the scatter up to which noise agrees with it.
 const AGREES: f64 = 2.0;
@@ -76,14 +76,19 @@ impl Surrogate {
         let lengths = lengths.iter().map(|(name, weight)| format!("{name} {}", two_digits(1.0 / weight.sqrt())));
         writeln!(f, "  lengths             {} (shares of the range)", lengths.collect::<Vec<_>>().join(", "))?;
         if let Some(success) = &output.success {
-            let how = if success.process.is_some() { "predicted by place" } else { "too few differ to tell by place" };
+            let how = if success.process.is_some() {
+                "predicted by place"
+            } else {
+                "too few rows differ for a model by \
+                place"
+            };
             writeln!(f, "  success             {:.1} % of the rows have it; {how}", 100.0 * success.share)?;
         }
         Ok(())
     }
 }
 
-/// Q2 in words, of a process of so many rows.
+/// Q2 in words, of a process with this number of rows.
 fn q2_words(process: &ProcessFigures, rows: u64) -> String {
     let (q2, groups) = (process.q2, process.groups);
     let places = if process.places == 0 { rows } else { process.places };

@@ -1,12 +1,12 @@
-//! The generator that METIS draws from, in the place of the C library's: each system has another one, and with other draws the order,
-//! the sums of a factorisation and so the last bits of every figure would be others. It is that of GNU's library, an additive
-//! feedback of 31 words (`x_i = x_(i-3) + x_(i-31)`), so that the order is the one that Linux has anyway.
+//! Random numbers of METIS, in place of the C library's. Each system has another generator, and other draws would change the order, the
+//! sums of a factorisation and so the last bits of every figure. This is the generator of the GNU library, an additive feedback of 31
+//! words (`x_i = x_(i-3) + x_(i-31)`), so the order is the same as on Linux.
 
 /// Words of the state.
 const WORDS: usize = 31;
-/// How far the other word stands behind that is added.
+/// Distance of the second word in the sum.
 const SEPARATION: usize = 3;
-/// Draws that are left out after seeding.
+/// Number of draws that are skipped after seeding.
 const DISCARDED: usize = 10 * WORDS;
 
 /// The generator; of words that are all the same until it is seeded.

@@ -4,7 +4,7 @@
 //! positive semidefinite M, none below 0: DOFs without mass only add zeros. The basis V stays orthonormal to rounding, so the
 //! modes from `V' C V` are orthogonal in K and M to rounding however far the iteration went, and eigenvalues converge with
 //! the square of the residual. Blocks find repeated eigenvalues; the number of eigenvalues that must be there comes from the
-//! inertia of `K - limit M`, and the iteration goes on, with new random directions where needed, until all are found.
+//! inertia of `K - limit M`, and the iteration continues, with new random directions where needed, until all are found.
 
 use faer::linalg::matmul::matmul;
 use faer::{Accum, MatMut, MatRef, Par};
@@ -22,7 +22,7 @@ const BLOCK: usize = 8;
 /// Residual at which an eigenpair of C counts as found, relative to its eigenvalue; the eigenvalue is then exact to
 /// rounding.
 const TOLERANCE: f64 = 1e-8;
-/// Relative distance at which an eigenvalue cannot be told from the limit.
+/// Relative distance within which an eigenvalue cannot be distinguished from the limit.
 const AT_LIMIT: f64 = 1e-8;
 /// Times that new random directions are added before missing eigenvalues become an error.
 const INJECTIONS: usize = 4;
@@ -41,13 +41,13 @@ pub struct PencilModes {
 /// Eigenvalues that were counted before they are looked for.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Below {
-    /// What they are below.
+    /// Upper limit of the eigenvalues.
     pub limit: f64,
-    /// How many there are, by [`SymmetricPencil::count_below`] at the same limit.
+    /// Number of eigenvalues, from [`SymmetricPencil::count_below`] at the same limit.
     pub count: usize,
 }
 
-/// The eigenpairs below a limit; `factor` is that of `K + shift M`.
+/// Eigenpairs below a limit; `factor`: factor of `K + shift M`.
 ///
 /// # Errors
 /// More or fewer eigenvalues than `count` below the limit (a wrong count, or an indefinite M), not enough memory.
@@ -73,7 +73,7 @@ pub fn modes_below(
         if krylov.done < next_check && !exhausted {
             continue;
         }
-        // A look at T costs little beside a block of solutions as long as T is small.
+        // An examination of T is cheap compared with a block of solutions while T is small.
         next_check = krylov.done + BLOCK.max(krylov.done.saturating_sub(300) / 8);
         let ritz = krylov.ritz()?;
         let value = |index: usize| ritz.theta.get(index).map(|theta| theta.recip() - shift);
@@ -133,7 +133,7 @@ impl<'p> Krylov<'p> {
         };
         let mut start = DMatrix::zeros(order, BLOCK.min(order));
         start.iter_mut().for_each(|value| *value = krylov.random.next());
-        // One product takes out what has no mass.
+        // One product removes parts without mass.
         let start = pencil.inverse_times(factor, &start)?;
         krylov.append(start)?;
         krylov.coupling = DMatrix::zeros(krylov.open, 0);
@@ -144,7 +144,7 @@ impl<'p> Krylov<'p> {
         self.done + self.open
     }
 
-    /// Applies C to the open block, extends T, and opens the next block with what is new.
+    /// Applies C to the open block, extends T, and opens the next block with the new directions.
     fn expand(&mut self) -> Result<(), LinalgError> {
         let (first, width) = (self.done, self.open);
         let block = DMatrix::from_column_slice(self.order, width, &self.basis[first * self.order..]);
@@ -194,7 +194,7 @@ impl<'p> Krylov<'p> {
                 continue;
             }
             column.unscale_mut(norm);
-            // Where much has cancelled within the block, what is left may lean on the basis again.
+            // If much cancelled within the block, the remainder may not be orthogonal to the basis.
             if norm > 1e-3 * before || self.clean(&mut column, accepted) {
                 r[(accepted, index)] = norm;
                 self.push(&column)?;

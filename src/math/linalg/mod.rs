@@ -1,8 +1,8 @@
-//! Linear algebra that the rest needs, as a thin adapter: `faer` does the work, `nalgebra` and `sprs` matrices go in and
-//! out. Nothing else in the crate calls `faer`.
+//! Linear algebra as a thin adapter: matrices of `nalgebra` and `sprs` go in and out, `faer` computes. Nothing else in the crate calls
+//! `faer`.
 //!
-//! Every routine runs on the calling thread, so results do not depend on the number of threads. Studies gain more by
-//! running rows side by side.
+//! Every routine runs on the calling thread, so results do not depend on the number of threads. Studies gain more from running rows in
+//! parallel.
 
 mod dense;
 mod draws;
@@ -45,12 +45,12 @@ pub enum LinalgError {
         /// Number of rows.
         order: usize,
     },
-    /// The eigenvalue iteration found another number of eigenvalues than the inertia of the shifted matrix says.
+    /// The eigenvalue iteration found another number of eigenvalues than the inertia of the shifted matrix.
     #[error("found {found} of the {counted} eigenvalues that lie below the limit")]
     Incomplete {
         /// Eigenvalues found.
         found: usize,
-        /// Eigenvalues that are there.
+        /// Number of existing eigenvalues.
         counted: usize,
     },
     /// The eigenvalue iteration did not converge.

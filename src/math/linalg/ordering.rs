@@ -15,11 +15,11 @@ use super::draws::Generator;
 /// alone.
 static METIS: Mutex<()> = Mutex::new(());
 
-/// What METIS draws from.
+/// Random numbers of METIS.
 static GENERATOR: Mutex<Generator> = Mutex::new(Generator::UNSEEDED);
 
 /// Seeds [`rand`]: METIS does before it draws.
-// SAFETY: name and types are those of the C library's own, which it stands for.
+// SAFETY: name and types equal the C library's function, which this one replaces.
 #[unsafe(no_mangle)]
 extern "C" fn srand(seed: c_uint) {
     *GENERATOR.lock().unwrap_or_else(PoisonError::into_inner) = Generator::seeded(seed);
@@ -32,7 +32,7 @@ extern "C" fn rand() -> c_int {
     GENERATOR.lock().unwrap_or_else(PoisonError::into_inner).draw() as c_int
 }
 
-/// Where the non-zeros of a symmetric matrix are: both triangles, the diagonal may be left out.
+/// Positions of the non-zeros of a symmetric matrix: both triangles; the diagonal is optional.
 ///
 /// No structure of sprs, which wants rising columns: they come in the order in which K and M have them and are only gone through.
 pub(super) struct SymmetricPattern {

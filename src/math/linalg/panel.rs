@@ -1,8 +1,8 @@
 //! Solutions with a supernodal factor for eight right-hand sides at a time.
 //!
-//! A factor of a large structure does not fit into any cache, so a solution costs one reading of it, whatever is computed
-//! meanwhile. A panel holds the eight values of a row side by side: every number of the factor is read once, in the order in
-//! which it is stored, and meets two or more vector registers.
+//! The factor of a large structure does not fit into any cache, so the time of a solution is the time to read it once. A panel holds
+//! eight values of a row next to each other. Every number of the factor is read once, in the order in which it is stored, for two or more
+//! vector registers.
 
 use std::ops::Range;
 
@@ -12,7 +12,7 @@ use pulp::{Arch, Simd, WithSimd};
 
 /// Columns of a panel.
 pub const WIDTH: usize = 8;
-/// Columns of the factor that are taken together: as many as fit into the registers beside what they meet.
+/// Columns of the factor that are processed together: as many as fit into the registers with their operands.
 const TOGETHER: usize = 4;
 /// Columns of the factor after which the rows below are treated, and rows that stay in the nearest cache meanwhile.
 const STRIP: usize = 32;
@@ -134,7 +134,7 @@ struct Node<'a> {
     begin: usize,
     /// Columns.
     width: usize,
-    /// Rows, those of the triangle included.
+    /// Number of rows, including the triangle.
     height: usize,
     /// Rows of the factor below the triangle.
     pattern: &'a [usize],
@@ -184,7 +184,7 @@ impl<'a> Node<'a> {
         }
     }
 
-    /// Takes what the rows `columns` of `x` contribute out of the rows `tile`, which lie below.
+    /// Subtracts the contribution of the rows `columns` of `x` from the rows `tile` below.
     #[inline(always)]
     fn subtract<S: Simd>(&self, simd: S, columns: &Range<usize>, tile: Range<usize>, x: &mut [PanelRow]) {
         let (known, below) = x.split_at_mut(tile.start);
@@ -192,7 +192,7 @@ impl<'a> Node<'a> {
         subtract(simd, entries, &known[columns.clone()], below);
     }
 
-    /// Takes what the rows `tile` of `x` contribute out of the rows `columns`, which lie above.
+    /// Subtracts the contribution of the rows `tile` of `x` from the rows `columns` above.
     #[inline(always)]
     fn subtract_transposed<S: Simd>(&self, simd: S, columns: &Range<usize>, tile: Range<usize>, x: &mut [PanelRow]) {
         let (open, below) = x.split_at_mut(tile.start);
@@ -201,7 +201,7 @@ impl<'a> Node<'a> {
     }
 }
 
-/// Columns taken together; the last one stands in for those that are missing.
+/// Columns processed together; the last one fills missing places.
 #[inline(always)]
 fn segments<'a>(columns: &Range<usize>, column: impl Fn(usize) -> &'a [f64]) -> [&'a [f64]; TOGETHER] {
     std::array::from_fn(|index| column((columns.start + index).min(columns.end - 1)))

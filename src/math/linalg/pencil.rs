@@ -493,7 +493,7 @@ mod tests {
         assert!((pencil.stiffness_times(&x).expect("sizes").add_scalar(-1.0)).amax() < 1e-10);
     }
 
-    /// Supernodes wider and higher than what the solution treats at once, and more columns than a panel has.
+    /// Supernodes wider and higher than the tiles of the solution, and more columns than a panel has.
     #[test]
     fn full_blocks_are_solved_to_rounding() {
         let (n, full) = (700, 500);

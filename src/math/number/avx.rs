@@ -24,7 +24,7 @@ use super::definition::{Lanes, Mask, Number};
 #[repr(transparent)]
 pub struct FourAvx(__m256d);
 
-/// Which of four lanes something holds for: all bits set or none.
+/// Mask of four lanes: all bits set or none.
 #[derive(Clone, Copy)]
 pub struct FourAvxMask(__m256d);
 
@@ -241,7 +241,7 @@ impl Number for FourAvx {
         let fraction = Self::splat(f64::from_bits((1 << 52) - 1));
         let mantissa = intrinsic!(_mm256_or_pd(_mm256_and_pd(self.0, fraction.0), one.0));
         let exponent = intrinsic!(_mm256_castsi256_pd(_mm256_srli_epi64::<52>(_mm256_castpd_si256(self.0))));
-        // A small whole number in the place of 2^52's last bits makes 2^52 plus that number.
+        // A small whole number in place of 2^52's last bits makes 2^52 plus that number.
         let whole = Self(intrinsic!(_mm256_or_pd(exponent, _mm256_set1_pd(4_503_599_627_370_496.0))));
         (Self(mantissa), whole - Self::splat(4_503_599_627_370_496.0 + 1023.0))
     }

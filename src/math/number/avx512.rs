@@ -22,7 +22,7 @@ use super::definition::{Lanes, Mask, Number};
 #[repr(transparent)]
 pub struct EightAvx(__m512d);
 
-/// Which of eight lanes something holds for, a bit for each.
+/// Mask of eight lanes, one bit each.
 #[derive(Debug, Clone, Copy, Default, PartialEq)]
 pub struct EightAvxMask(__mmask8);
 
@@ -191,7 +191,7 @@ impl Number for EightAvx {
         let fraction = Self::splat(f64::from_bits((1 << 52) - 1));
         let mantissa = intrinsic!(_mm512_or_pd(_mm512_and_pd(self.0, fraction.0), one.0));
         let exponent = intrinsic!(_mm512_castsi512_pd(_mm512_srli_epi64::<52>(_mm512_castpd_si512(self.0))));
-        // A small whole number in the place of 2^52's last bits makes 2^52 plus that number.
+        // A small whole number in place of 2^52's last bits makes 2^52 plus that number.
         let whole = Self(intrinsic!(_mm512_or_pd(exponent, _mm512_set1_pd(4_503_599_627_370_496.0))));
         (Self(mantissa), whole - Self::splat(4_503_599_627_370_496.0 + 1023.0))
     }

@@ -1,11 +1,11 @@
-//! What a number, a mask of lanes, and constants per lane are; a number alone.
+//! Traits of numbers, masks of lanes and constants per lane; implementation for a single number.
 
 use std::fmt::Debug;
 use std::ops::{Add, AddAssign, Div, Mul, Neg, Sub, SubAssign};
 
 use pulp::{Arch, WithSimd};
 
-/// Which lanes something holds for.
+/// Mask of lanes.
 pub trait Mask: Copy + Debug + Default + PartialEq + Send + Sync + 'static {
     /// The same for all lanes.
     fn splat(value: bool) -> Self;
@@ -15,17 +15,17 @@ pub trait Mask: Copy + Debug + Default + PartialEq + Send + Sync + 'static {
     fn put(&mut self, lane: usize, value: bool);
     /// Whether it holds for any lane.
     fn any(self) -> bool;
-    /// Where both hold.
+    /// Lanes in which both hold.
     #[must_use]
     fn and(self, other: Self) -> Self;
-    /// Where either holds.
+    /// Lanes in which at least one holds.
     #[must_use]
     fn or(self, other: Self) -> Self;
 }
 
 /// Holds one value per lane, or values of which each does.
 pub trait Lanes {
-    /// What it is of one row alone.
+    /// Type for a single row.
     type Alone;
     /// Sets a lane.
     fn put(&mut self, lane: usize, alone: &Self::Alone);
@@ -49,9 +49,9 @@ pub trait Number:
     + SubAssign
     + Lanes<Alone = f64>
 {
-    /// How many numbers.
+    /// Number of lanes.
     const LANES: usize;
-    /// What comparisons give.
+    /// Result of comparisons.
     type Mask: Mask;
 
     /// Runs a computation over such numbers, inlined whole into code for the processor's widest registers that hold them.

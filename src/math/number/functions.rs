@@ -4,7 +4,7 @@ use super::definition::{Mask, Number};
 
 /// `ln 2` in two parts, the first with zeros at its end: its multiples by exponents are exact.
 const LN_2: [f64; 2] = [0.693_147_180_369_123_8, 1.908_214_929_270_587_7e-10];
-/// Beyond it `exp` is 0 or infinite to the right and left of what is asked for here.
+/// Largest magnitude of the argument of `exp`. Results beyond it would overflow or vanish for all purposes here.
 const LARGEST_EXPONENT: f64 = 700.0;
 /// Least number of which a logarithm is taken.
 const LEAST: f64 = f64::MIN_POSITIVE;
@@ -12,7 +12,7 @@ const LEAST: f64 = f64::MIN_POSITIVE;
 /// `exp(x)` for `|x|` up to 700, to some units in the last place; the value at the nearer end beyond.
 #[inline(always)]
 pub fn exp<R: Number>(x: R) -> R {
-    /// Its sum with a number up to 2^51 is rounded to a whole number.
+    /// Adding this constant to a number up to 2^51 rounds it to a whole number.
     const ROUND: f64 = 6_755_399_441_055_744.0;
     // In this order of arguments a NaN remains one.
     let x = R::splat(-LARGEST_EXPONENT).greatest(R::splat(LARGEST_EXPONENT).least(x));
@@ -31,7 +31,7 @@ pub fn exp<R: Number>(x: R) -> R {
     sum * k.power_of_two()
 }
 
-/// `ln(x)` of a positive normal number, to some units in the last place; that of the least one for what is not.
+/// `ln(x)` of a positive normal number, to some units in the last place; smaller numbers give the value of the smallest normal one.
 #[inline(always)]
 pub fn ln<R: Number>(x: R) -> R {
     let one = R::splat(1.0);
@@ -83,7 +83,7 @@ mod tests {
         (0..20_000).map(move |i| (from + (to - from) * f64::from(i) / 20_000.0).exp())
     }
 
-    /// Each function against that of the standard library.
+    /// Compares each function with the standard library.
     #[test]
     fn analytic_functions() {
         for x in spread(1e-9, 699.0).flat_map(|x| [x, -x]) {

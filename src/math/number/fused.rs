@@ -1,10 +1,9 @@
-//! A product and a sum, rounded once, where the compiler takes no instruction for it but calls the C library.
+//! Fused product and sum, for platforms where the compiler calls the C library for it.
 //!
-//! That of mingw rounds twice: of random operands a fifth come out wrong in the last bit. The program's own comes first when it is
-//! linked.
+//! mingw's function rounds twice: a fifth of random operands are wrong in the last bit. The program's own function is linked first.
 
 /// `x * y + z` as C names it.
-// SAFETY: the name and the types are those of the C library's own, which it stands for.
+// SAFETY: name and types equal the C library's function, which this one replaces.
 #[unsafe(no_mangle)]
 extern "C" fn fma(x: f64, y: f64, z: f64) -> f64 {
     libm::fma(x, y, z)

@@ -19,7 +19,7 @@ const LANES: usize = 4;
 #[repr(C, align(32))]
 pub struct Four([f64; LANES]);
 
-/// Which of four lanes something holds for.
+/// Mask of four lanes.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
 pub struct FourMask([bool; LANES]);
 

@@ -1,12 +1,11 @@
-//! One number or several side by side: what a row's arithmetic is written over.
+//! One number, or several in the lanes of a vector: the type of a row's arithmetic.
 //!
-//! The equations of hammers, contacts, structure and integrator are written once over [`Number`]. With `f64` they advance one
-//! row, with [`Four`] four rows in the lanes of a vector, each lane with numbers of its own. No operation looks from one lane
-//! into another, and each is a sum, difference, product (or both fused), quotient or square root as IEEE 754 defines it, a
-//! comparison, a choice, or an operation on bits: a lane has the same bits as the number alone, on every processor and operating system. So
-//! functions of a platform's mathematical library have no place here; `exp`, `ln`, `tanh` and powers are this module's own.
-//! Long sums of products are fused, which is exact on every processor and one instruction on those of the last ten years: without
-//! it they are slow. Elsewhere products and sums are rounded one by one.
+//! The equations of hammers, contacts, structure and integrator are written once over [`Number`]. With `f64` they advance one row, with
+//! [`Four`] four rows in the lanes of a vector, each with its own numbers. No operation reads another lane. Each operation is an IEEE 754
+//! sum, difference, product (or both fused), quotient or square root, a comparison, a choice, or an operation on bits. So a lane has the
+//! same bits as a single number, on every processor and operating system. Functions of a platform's mathematical library are therefore not
+//! used; `exp`, `ln`, `tanh` and powers are this module's own. Long sums of products are fused, which is exact on every processor and one
+//! instruction on processors of the last ten years. Processors without it are slow. All other products and sums are rounded one by one.
 //!
 //! - `definition`: the traits, and a number alone
 //! - `lanes`: [`Four`] and the operations on its lanes

@@ -1,4 +1,4 @@
-//! Which vector registers rows side by side are computed in.
+//! Choice of the vector registers for rows in lanes.
 
 use std::marker::PhantomData;
 
@@ -9,8 +9,8 @@ use super::definition::Number;
 /// Vector registers that numbers of several rows stand in. All give the same bits.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Registers {
-    /// Those of any processor of the platform: four rows, but on x86-64, whose code for any processor has no fused products and calls
-    /// a library for each, rows one by one.
+    /// Registers that every processor of the platform has: four rows. On x86-64 row by row, because code for every processor has no fused
+    /// products, and calls a library for each.
     Any,
     /// Four rows, in the registers of AVX2 with fused products.
     Avx2,
@@ -35,7 +35,7 @@ impl Registers {
         }
     }
 
-    /// How many rows.
+    /// Number of rows.
     pub fn lanes(self) -> usize {
         match self {
             Self::Any if cfg!(target_arch = "x86_64") => 1,
@@ -44,7 +44,7 @@ impl Registers {
         }
     }
 
-    /// Those for a number of rows: half of the widest ones empty are slower than narrower ones.
+    /// Chooses registers for a number of rows: half-empty wide registers are slower than narrower ones.
     pub fn for_rows(self, rows: usize) -> Self {
         if self == Self::Avx512 && rows <= Self::Avx2.lanes() { Self::Avx2 } else { self }
     }
@@ -55,10 +55,10 @@ impl Registers {
     }
 }
 
-/// A computation over arrays of numbers, written over registers of them: `W` the widest that the processor has, `Q` those of at most four
-/// numbers. Both give the same bits where each number of a register is computed by itself.
+/// A computation over arrays of numbers in registers: `W` the widest of the processor, `Q` with at most four numbers. Both give the same
+/// bits if each number of a register is computed separately.
 pub trait OverArrays {
-    /// What it gives.
+    /// Result type.
     type Output;
     /// The computation, to be inlined whole into code for these registers.
     fn compute<W: Number, Q: Number>(self) -> Self::Output;

@@ -1,10 +1,10 @@
 //! Force laws of one-sided contacts.
 //!
-//! A contact acts along one relative coordinate: the penetration `d` (m, positive when the bodies overlap) and its rate
-//! `d'` (m/s). The laws are pure functions; which contact is closed, and when, is the business of `system`.
+//! A contact acts along one relative coordinate: the penetration `d` (m, positive when the bodies overlap) and its rate `d'` (m/s). The
+//! laws are pure functions; `system` decides when a contact is closed.
 //!
-//! - [`ContactParameters`]: what a user states about a contact
-//! - [`ContactLaw`]: the law with its coefficients, as the coupled system evaluates it
+//! - [`ContactParameters`]: user settings of a contact
+//! - [`ContactLaw`]: law with its coefficients, for the coupled system
 //! - [`restitution`]: closed forms between damping and the coefficient of restitution
 
 mod law;

@@ -1,4 +1,4 @@
-//! What a user states about a contact, and the law that follows from it.
+//! Parameters of a contact, and the law that follows from them.
 
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
@@ -12,7 +12,7 @@ const EXPONENT: f64 = 1.5;
 /// Speed in m/s at which laws are matched, unless stated.
 const REFERENCE_SPEED_M_S: f64 = 1.0;
 
-/// Restitution above which slow bounces go on for long: at 0.99 the first impact of the paper's rig is sure to 4e-6 under the preset
+/// Restitution above which slow bounces continue for long: at 0.99 the first impact of the paper's rig is sure to 4e-6 under the preset
 /// `standard`, at 0.999 to 3e-5, at 1 to 6e-3.
 const KEPT_RESTITUTION: f64 = 0.99;
 
@@ -87,17 +87,16 @@ laws! {
 impl Choice for ContactLawName {}
 
 parameters! {
-    /// Law of a one-sided contact: stiffness and loss.
+    /// Law of a one-sided contact, with its stiffness and loss.
     ///
-    /// The loss is stated as damping or as `restitution`, the speed at which the two bodies would part if they met freely
-    /// over that at which they met. Their reduced mass is that of the two bodies alone (`1/mu = 1/m1 + 1/m2`): for the
-    /// casting its effective mass at the strike point, `1/m = 1/m_g + y^2/J_x + x^2/J_y` with the rotations that it has; for
-    /// the telescope's stops the cylinder's own mass, because the guide stands on its mount.
+    /// Give the loss as damping or as `restitution`: the speed at which two free bodies part over the speed at which they meet. Their
+    /// reduced mass counts only the two bodies (`1/mu = 1/m1 + 1/m2`): for the casting its effective mass at the strike point, `1/m = 1/m_g
+    /// + y^2/J_x + x^2/J_y` with the rotations that it has; for the telescope's stops the cylinder's own mass, because the guide stands on
+    /// its mount.
     ///
-    /// The laws with a power of the penetration need no figures of their own: unless these are given, they get the stiffness
-    /// that has the same peak penetration as `stiffness_n_per_m` in an undamped impact at the reference speed,
-    /// `K = (n + 1)/2 k d0^(1 - n)` with `d0 = v0 sqrt(mu/k)`, and the restitution that `stiffness_n_per_m` and
-    /// `damping_n_s_per_m` have under the default law. So `law` alone can be changed, and varied in a design.
+    /// Power laws need no values of their own. By default they get the stiffness with the same peak penetration as `stiffness_n_per_m` in
+    /// an undamped impact at the reference speed, `K = (n + 1)/2 k d0^(1 - n)` with `d0 = v0 sqrt(mu/k)`, and the restitution that
+    /// `stiffness_n_per_m` and `damping_n_s_per_m` have under the default law. So you can change only `law`, and vary it in a design.
     #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize, JsonSchema)]
     #[serde(deny_unknown_fields)]
     #[schemars(transform = describe::<ContactParameters>)]
@@ -107,12 +106,12 @@ parameters! {
         pub law: ContactLawName, "", [choice], "`kelvin_voigt`";
         /// Contact stiffness `k`.
         pub stiffness_n_per_m: f64, "N/m", [> 0] usual [100, 1e11], "default: the contact's own";
-        /// Contact damping `c`, not used where `restitution` or `damping_s_per_m` is given.
+        /// Contact damping `c`. Ignored if `restitution` or `damping_s_per_m` is given.
         pub damping_n_s_per_m: f64, "N s/m", [>= 0] usual [0, 1e6], "default: the contact's own";
-        /// Coefficient of restitution; it takes the place of a damping. For `hunt_crossley` it holds at the reference speed.
+        /// Coefficient of restitution; it replaces a damping. For `hunt_crossley` it applies at the reference speed.
         #[serde(default, skip_serializing_if = "Option::is_none")]
         pub restitution: Option<f64>, "1", [> 0, <= 1], "default: from the damping";
-        /// Stiffness `K` of `hunt_crossley`, and of `hertz` with n = 1.5; it takes the place of `stiffness_n_per_m` there.
+        /// Stiffness `K` of `hunt_crossley`, and of `hertz` with n = 1.5. It replaces `stiffness_n_per_m` there.
         #[serde(default, skip_serializing_if = "Option::is_none")]
         pub power_stiffness_n_per_m_n: Option<f64>, "N/m^n", [> 0], "default: as deep as the linear stiffness";
         /// Damping `a` of `hunt_crossley`.
@@ -152,7 +151,7 @@ impl ContactParameters {
         self.law.coefficients(self, reduced_mass_kg)
     }
 
-    /// Whether two bodies of reduced mass `reduced_mass_kg` that bounce slowly go on for long: Hunt-Crossley loses the less the slower
+    /// Whether two bodies of reduced mass `reduced_mass_kg` that bounce slowly continue for long: Hunt-Crossley loses the less the slower
     /// they are, any law next to nothing at a restitution close to 1.
     pub fn keeps_slow_bounces(&self, reduced_mass_kg: f64) -> bool {
         self.law == ContactLawName::HuntCrossley || self.restitution(reduced_mass_kg) > KEPT_RESTITUTION
@@ -164,13 +163,13 @@ impl ContactParameters {
         self.restitution.map_or(self.damping_n_s_per_m, |e| ratio(e) * critical())
     }
 
-    /// The restitution as stated, or that of stiffness and damping under the default law.
+    /// Given restitution, or the restitution of stiffness and damping with the default law.
     fn restitution(&self, reduced_mass_kg: f64) -> f64 {
         let critical = 2.0 * (self.stiffness_n_per_m * reduced_mass_kg).sqrt();
         self.restitution.unwrap_or_else(|| restitution::kelvin_voigt(self.damping_n_s_per_m / critical))
     }
 
-    /// `K` as stated, or that of the same peak penetration as the linear stiffness at the reference speed.
+    /// Given `K`, or the `K` with the same peak penetration as the linear stiffness at the reference speed.
     fn power_stiffness(&self, reduced_mass_kg: f64, exponent: f64) -> f64 {
         let linear = self.stiffness_n_per_m;
         let peak = self.reference_speed() * (reduced_mass_kg / linear).sqrt();

@@ -1,8 +1,8 @@
 //! Closed forms between the damping of a contact law and its coefficient of restitution, and their inverses.
 //!
-//! Two bodies of reduced mass `mu` meet freely; `e` is the speed at which they part over that at which they met. Damping
-//! is dimensionless: for the linear laws the ratio `z = c / (2 sqrt(k mu))`, for Hunt-Crossley the product `a v0` with
-//! the speed `v0` at which they meet. All forms fall monotonically from 1 at no damping towards 0.
+//! Two bodies of reduced mass `mu` collide freely; `e` is the speed at which they part over the speed at which they meet. Damping is
+//! dimensionless: the ratio `z = c / (2 sqrt(k mu))` for the linear laws, the product `a v0` with the closing speed `v0` for
+//! Hunt-Crossley. All forms fall monotonically from 1 without damping towards 0.
 
 use std::f64::consts::PI;
 
@@ -70,7 +70,7 @@ fn loss(z: f64) -> f64 {
     2.0 * z * angle
 }
 
-/// Where a function that is negative just above 0 and not negative at `high` changes sign.
+/// Finds the root of a function that is negative just above 0 and not negative at `high`.
 fn rising_root(high: f64, function: impl Fn(f64) -> f64) -> f64 {
     let (mut low, mut high) = (0.0, high);
     for _ in 0..HALVINGS {

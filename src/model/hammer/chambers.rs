@@ -1,4 +1,4 @@
-//! The gas in a hammer's chambers: rates of their pressures from their volumes, how these change, and what flows.
+//! Gas in a hammer's chambers: rates of the pressures from volumes, their rates, and flows.
 
 use super::flow::{FlowFunction, Gas, Pressure};
 use super::state::{ChamberBalance, HammerRates, HammerState, chamber};
@@ -14,7 +14,7 @@ per_lane! {
     pub(super) struct GasConstants<R> {
         pub ambient: Pressure<R>,
         pub flow: FlowFunction<R>,
-        /// `R T a` of what flows in and out, J/kg.
+        /// `R T a` of the inflow and outflow, J/kg.
         inflow_energy_j_per_kg: R,
         outflow_energy_j_per_kg: R,
         expansion_exponent: R,
@@ -31,9 +31,9 @@ pub(super) struct Chambers<'s, R: Number> {
     inverse_volume: [R; chamber::COUNT],
 }
 
-/// What flows bring to one chamber.
+/// Flows into one chamber.
 pub(super) struct ChamberFlows<R> {
-    /// What comes from the supply, kg/s.
+    /// Flow from the supply, kg/s.
     pub supply_kg_s: R,
     /// Energy that all flows bring, W: the sum of [`GasConstants::energy`] over them.
     pub energy_w: R,
@@ -57,7 +57,7 @@ impl<R: Number> GasConstants<R> {
     pub(super) fn chambers<'s>(&self, state: &'s HammerState<R>, volume: [R; chamber::COUNT]) -> Chambers<'s, R> {
         let one = R::splat(1.0);
         let supply = Pressure { pa: state.supply_pa, inverse: one / state.supply_pa };
-        // One division gives the inverse of a chamber's pressure and that of its volume.
+        // One division gives the inverses of a chamber's pressure and volume.
         let mut inverse_volume = [R::splat(0.0); chamber::COUNT];
         let mut pressure = [self.ambient; chamber::COUNT];
         for i in 0..chamber::COUNT {

@@ -1,4 +1,4 @@
-//! Forces and gas rates at a state, of one hammer or of one in each lane: what its components make together.
+//! Forces and gas rates of all components at a state, for one hammer or one in each lane.
 //!
 //! Positions run along the strike axis.
 

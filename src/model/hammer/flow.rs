@@ -129,8 +129,7 @@ impl<R: Number> FlowFunction<R> {
     }
 }
 
-/// Share of an orifice that stands open, of `x`, the share of its way that what covers it has gone: the smooth step
-/// `q^2 (3 - 2 q)`, `q` = `x` clamped to [0, 1].
+/// Open share of an orifice from `x`, the travelled share of its cover: the smooth step `q^2 (3 - 2 q)`, `q` = `x` clamped to [0, 1].
 #[inline(always)]
 pub(super) fn smooth_step<R: Number>(x: R) -> R {
     // In this order of arguments a NaN remains one.

@@ -1,5 +1,5 @@
-//! The housing on its mount, and the guide between it and the telescope: their parameters. They have no equations here: a machine
-//! takes the housing into its matrices, and a coupled system the guide's spring among its own.
+//! Parameters of the housing on its mount, and of the guide between it and the telescope. They have no equations here: a machine adds the
+//! housing to its matrices, and a coupled system has the guide's spring among its own.
 
 use crate::parameter::parameters;
 

@@ -1,8 +1,8 @@
-//! One pneumatic hammer: its parameters, gas chambers, valve and friction. Knows nothing of scenes or structures.
+//! One pneumatic hammer: its parameters, gas chambers, valve and friction. Independent of scenes and structures.
 //!
-//! A component's parameters, the constants prepared from them and the equations that use them stand in one file: `telescope`,
-//! `piston`, `valve`, `chisel`, and `housing` with the guide. They meet state and gas in `state`, `flow` and `chambers` below
-//! them, each other in `parameters`, `evaluate` and `model` above them.
+//! A component's parameters, prepared constants and equations are in one file: `telescope`, `piston`, `valve`, `chisel`, and `housing`
+//! with the guide. `state`, `flow` and `chambers` below them have the state and the gas; `parameters`, `evaluate` and `model` above them
+//! combine the components.
 
 mod chambers;
 mod chisel;

@@ -1,4 +1,4 @@
-//! One hammer: its parameters made ready, its state of rest. All but its one-sided contacts.
+//! One hammer, without its one-sided contacts: prepared parameters and state of rest.
 
 use super::evaluate::HammerConstants;
 use super::flow::Gas;
@@ -94,7 +94,7 @@ mod tests {
         assert_eq!((rates.power_in_w, rates.dissipation_w, rates.supply_flow_kg_s), (0.0, 0.0, 0.0));
     }
 
-    /// Power is force times velocity for every term: the bodies' forces take from the gas what friction does not.
+    /// Power is force times velocity for every term: the bodies' forces take the gas's power, except the friction.
     #[test]
     fn analytic_power_balance() {
         let model = model(9.80665);

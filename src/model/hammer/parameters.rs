@@ -1,8 +1,8 @@
-//! Parameters of one pneumatic hammer: those of its components, each declared beside the equations that it stands in.
+//! Parameters of one pneumatic hammer, combined from its components. Each component declares its own.
 //!
-//! The same structure is the hammer file (TOML) and the data the model reads. Every field has the default of the
-//! published hammer or, where the publication is silent, an assumed or calibrated value; the field's text says which.
-//! Source of the published values: Mariadass et al., Appl. Mech. 2023, 4, 1206-1226, Table 2 ("Table 2" in the components).
+//! The same structure is the hammer file (TOML) and the input of the model. Every field defaults to the published hammer or, if the
+//! publication has no value, to an assumed or calibrated one; the field's text states the source. Published values: Mariadass et al.,
+//! Appl. Mech. 2023, 4, 1206-1226, Table 2 ("Table 2" in the components).
 
 use super::chisel::ChiselParameters;
 use super::housing::{GuideParameters, HousingParameters};
@@ -16,7 +16,7 @@ parameters! { file
     /// All parameters of one hammer.
     #[derive(Copy)]
     pub struct HammerParameters {
-        /// The rigid housing that the mount carries; it changes the machine's modes.
+        /// The rigid housing on the mount; it changes the machine's modes.
         pub housing: HousingParameters, "", [group], "";
         /// The guide between the housing's mount and the telescope.
         pub guide: GuideParameters, "", [group], "";
@@ -34,11 +34,11 @@ parameters! { file
 /// Stiffness of a guide's spring over that of the hammer's stiffest contact from which the guide may be tied. The error of the tie
 /// falls with the stiffness; on the paper's rig (a ratio of 16) it is 1e-6 of the first impact's energy, 1e-5 of the arm's velocity.
 const RIGID_STIFFNESS_RATIO: f64 = 10.0;
-/// Frequency of a guide on its spring over that of the fastest contact from which the guide may be tied.
+/// Smallest frequency of a guide on its spring, relative to the fastest contact, for a tied guide.
 const RIGID_FREQUENCY_RATIO: f64 = 2.0;
 
 impl HammerParameters {
-    /// Whether the chisel goes on bouncing between piston and nose when little moves it: errors of many small bounces then add up until
+    /// Whether the chisel keeps bouncing between piston and nose when little moves it: errors of many small bounces then add up until
     /// the first impact.
     pub fn chisel_chatters(&self) -> bool {
         let (cylinder, piston) = (1.0 / self.telescope.cylinder_mass_kg, 1.0 / self.piston.mass_kg);
@@ -47,9 +47,9 @@ impl HammerParameters {
             || self.chisel.cylinder_contact.keeps_slow_bounces(1.0 / (chisel + cylinder))
     }
 
-    /// Whether the guide's spring is so stiff, and the guide on it so fast, beside the contacts that the guide moves with its
-    /// mount for every purpose: a spring ten times as stiff as the stiffest of them, a frequency `sqrt(k/m)` twice that of the
-    /// fastest, `sqrt(k (1/m1 + 1/m2))` with the masses of the bodies that meet.
+    /// Whether the guide's spring is so stiff, and the guide so fast, that the guide moves with its mount for all practical purposes: a
+    /// spring ten times as stiff as the stiffest contact, and a frequency `sqrt(k/m)` twice as high as the fastest, `sqrt(k (1/m1 + 1/m2))`
+    /// with the masses of the contacting bodies.
     pub fn guide_is_rigid(&self) -> bool {
         let (cylinder, piston) = (1.0 / self.telescope.cylinder_mass_kg, 1.0 / self.piston.mass_kg);
         let (spool, chisel) = (1.0 / self.valve.mass_kg, 1.0 / self.chisel.mass_kg);
@@ -101,7 +101,7 @@ mod tests {
         assert!(with(&|hammer| hammer.piston.chisel_contact.law = ContactLawName::HuntCrossley));
     }
 
-    /// The published guide is rigid beside its hammer; a softer or a heavier one, or one beside a stiffer contact, is not.
+    /// The published guide is rigid compared with its hammer; a softer or heavier one, or one with a stiffer contact, is not.
     #[test]
     fn analytic_rigid_guides() {
         let with = |change: &dyn Fn(&mut HammerParameters)| {

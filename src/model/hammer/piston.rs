@@ -17,7 +17,7 @@ parameters! { file
         pub bore_m: f64 = 0.029, "m", [> 0] usual [0.005, 0.3], "calibrated";
         /// Front area over rear area, `A4 / A3`.
         pub front_area_ratio: f64 = 0.9, "1", [> 0] usual [0.2, 1.5], "calibrated";
-        /// Stroke: where the piston meets the chisel's head when the chisel rests at the nose.
+        /// Stroke: piston position at which it hits the chisel's head if the chisel rests at the nose.
         pub stroke_m: f64 = 0.126, "m", [> 0] usual [0.005, 1], "calibrated";
         /// Length `L_p` of the percussion chamber.
         pub chamber_length_m: f64 = 0.146, "m", [> 0] usual [0.01, 1], "calibrated";

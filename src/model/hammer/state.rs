@@ -1,4 +1,4 @@
-//! State of a hammer, and what its parts make of it: forces on its bodies, rates of its chambers.
+//! State of a hammer, with forces on its bodies and rates of its chambers.
 
 use decore_math::number::Number;
 
@@ -30,7 +30,7 @@ pub mod chamber {
     pub const FRONT: usize = 3;
     /// Number of chambers.
     pub const COUNT: usize = 4;
-    /// What they are called.
+    /// Names of the states.
     pub const NAMES: [&str; COUNT] =
         ["top of the telescope", "annulus of the telescope", "rear of the piston", "front of the piston"];
     /// Parameters of a hammer that keep each from being driven empty: the stop before it and its room.
@@ -70,7 +70,7 @@ pub struct HammerRates<R = f64> {
     pub dissipation_w: R,
     /// Mass flow drawn from the supply in kg/s.
     pub supply_flow_kg_s: R,
-    /// What each chamber's own equation says of `d(P V)/dt`, in W: see [`ChamberBalance`].
+    /// Equation of each chamber for `d(P V)/dt`, in W: see [`ChamberBalance`].
     pub balance: [ChamberBalance<R>; chamber::COUNT],
 }
 

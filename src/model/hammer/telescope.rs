@@ -93,7 +93,7 @@ per_lane! {
         spring_stiffness_n_per_m: R,
         friction_static_n: R,
         inverse_friction_velocity_s_per_m: R,
-        /// Viscous resistance, that of the spring included, retracting and extending.
+        /// Viscous resistance, including the spring's, retracting and extending.
         resistance_n_s_per_m: [R; 2],
     }
 }

@@ -1,4 +1,4 @@
-//! What the driver does with all lanes at once.
+//! Operations of the driver on all lanes at once.
 
 use pulp::{Simd, WithSimd};
 

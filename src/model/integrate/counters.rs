@@ -1,4 +1,4 @@
-//! What an integration counts.
+//! Counters of an integration.
 
 use schemars::JsonSchema;
 use serde::Serialize;

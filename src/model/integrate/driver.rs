@@ -1,8 +1,7 @@
-//! The step loop, one for all methods and any number of rows side by side: time, budgets, scheduled stops, event location,
-//! acceptance.
+//! Step loop for all methods and any number of rows in lanes: time, budgets, scheduled stops, event location, acceptance.
 //!
-//! All lanes make a step at once, each of its own length from its own time; a lane whose step is rejected or cut stands where
-//! that leaves it while the others go on. What a lane does depends on its own row alone.
+//! All lanes step together, each with its own time and step length. If the step of a lane is rejected or shortened, the lane stays there
+//! while the others continue. A lane depends only on its own row.
 
 use std::marker::PhantomData;
 use std::time::Instant;
@@ -44,7 +43,7 @@ pub struct Integrator<S, P, R: Number = f64> {
     clock: Instant,
 }
 
-/// What a row begins with.
+/// Initial values of a row.
 #[derive(Debug, Clone, Copy)]
 pub struct Start<'a> {
     /// Time at the start in s.
@@ -123,8 +122,7 @@ impl<S: InLanes<R>, P: Stepper<S, R>, R: Number> Integrator<S, P, R> {
         write(start.y0, lane, &mut self.y);
     }
 
-    /// Where a lane's row is: its time, its state (written into `y`), what it has taken and the wall time, shared with its
-    /// neighbours, in s.
+    /// Returns time, state (written into `y`), counters and shared wall time in s of a lane's row.
     pub fn reached(&self, lane: usize, y: &mut [f64]) -> (f64, Counters, f64) {
         read(&self.y, lane, y);
         (self.lanes[lane].t, self.lanes[lane].counters, self.lanes[lane].wall_time_s)
@@ -169,7 +167,7 @@ impl<S: InLanes<R>, P: Stepper<S, R>, R: Number> Integrator<S, P, R> {
         }
     }
 
-    /// Passes what is due before a lane's next step, and notices that its row has ended.
+    /// Handles events that are due before a lane's next step, and detects the end of its row.
     fn begin(&mut self, system: &mut S, at: usize) {
         let lane = &mut self.lanes[at];
         while lane.is_running() {
@@ -202,7 +200,7 @@ impl<S: InLanes<R>, P: Stepper<S, R>, R: Number> Integrator<S, P, R> {
         gathered
     }
 
-    /// Where something holds of a lane.
+    /// Mask of the lanes for which a condition holds.
     fn mask(&self, holds: impl Fn(&Lane) -> bool) -> R::Mask {
         let mut mask = R::Mask::default();
         self.lanes.iter().enumerate().for_each(|(at, lane)| mask.put(at, holds(lane)));
@@ -233,7 +231,7 @@ impl<S: InLanes<R>, P: Stepper<S, R>, R: Number> Integrator<S, P, R> {
         }
     }
 
-    /// A lane's next step, up to its stop at most, and within the horizon of what its row carries outside the state.
+    /// Plans a lane's next step: up to its next stop, and within the horizon of its row's part outside the state.
     fn plan(&mut self, system: &mut S, at: usize) {
         if !self.lanes[at].is_running() {
             self.lanes[at].plan = StepPlan { h: 0.0, end: None };
@@ -262,7 +260,7 @@ impl<S: InLanes<R>, P: Stepper<S, R>, R: Number> Integrator<S, P, R> {
         }
     }
 
-    /// Brings what a lane's row carries outside the state to the present.
+    /// Rebases the part of a lane's row outside the state.
     fn rebase(&mut self, system: &mut S, at: usize) {
         let of = system.row(at).rebased_components();
         read(&self.y[of.clone()], at, &mut self.state[of.clone()]);
@@ -330,7 +328,7 @@ impl<S: InLanes<R>, P: Stepper<S, R>, R: Number> Integrator<S, P, R> {
             step.theta_end = theta;
             observers[at].step(system.row(at), &step);
         }
-        // The rate at the end is the first of the next step; after an event it will be computed anew.
+        // The rate at the end is the first of the next step; after an event it will be computed again.
         if self.lanes.iter().all(|lane| !lane.is_running() || lane.accepted.is_some()) {
             std::mem::swap(&mut self.y, &mut self.y_new);
             self.rates.copy_within(last, 0);
@@ -362,7 +360,7 @@ impl<S: InLanes<R>, P: Stepper<S, R>, R: Number> Integrator<S, P, R> {
                         write(&self.state, at, &mut self.y_new);
                     }
                 } else {
-                    // What has happened in the step is noticed at its end.
+                    // Events within the step are detected at its end.
                     let hits = self.samples_new.iter().enumerate().filter(|(_, end)| end.value.lane(at) > 0.0);
                     lane.hits.extend(hits.map(|(guard, _)| guard));
                 }
@@ -387,7 +385,7 @@ impl<S: InLanes<R>, P: Stepper<S, R>, R: Number> Integrator<S, P, R> {
         if lane.hits.is_empty() {
             return;
         }
-        // What a right-hand side that follows the state has already acted upon is booked where the step began.
+        // A switch that the right-hand side already followed is recorded at the beginning of the step.
         let (t, y) = if self.following { (begin, &mut self.y_new) } else { (lane.t, &mut self.y) };
         read(y, at, &mut self.state);
         for &guard in &lane.hits {

@@ -46,7 +46,7 @@ struct Control {
     /// First accepted step after the last switch of each guard, for either parity of its switches.
     step_after: Vec<[f64; 2]>,
     parity: Vec<bool>,
-    /// The guard whose following step is to be remembered.
+    /// Guard whose following step is to be stored.
     learning: Option<usize>,
 }
 
@@ -108,7 +108,7 @@ impl Control {
             self.step_after[guard][usize::from(self.parity[guard])] = ideal;
         }
         let next = h * change.clamp(CHANGE.0, CHANGE.1);
-        // A step that a scheduled stop cut short says nothing against the step planned before.
+        // A step shortened by a scheduled stop is no evidence against the planned step.
         self.h = if h < self.h { next.max(self.h) } else { next };
     }
 
@@ -235,8 +235,8 @@ impl<R: Number, const K: usize> WithSimd for Combination<'_, R, K> {
 /// Components treated together: independent chains.
 const BLOCK: usize = 4;
 
-/// A step that is to be judged: its error in units of the tolerance, the logarithm of that, and the change of the step that
-/// proportional-integral control asks for.
+/// Step under judgement: its error in units of the tolerance, the logarithm of it, and the change of the step size by proportional-integral
+/// control.
 struct Judgement<'e, R> {
     norm: ErrorNorm<'e, R>,
     tolerance: R,

@@ -1,4 +1,4 @@
-//! Methods at a fixed step: what the default method is measured against.
+//! Methods with a fixed step, for comparison with the default method.
 //!
 //! Nothing is located: what happens within a step is noticed at its end. Forces under an explicit rule follow the state at
 //! every stage (a contact pushes where its bodies overlap and its law pushes), as a plain program evaluates them; an onset

@@ -1,9 +1,9 @@
-//! What the driver keeps of one lane: time, budgets, the step being made.
+//! The driver's data of one lane: time, budgets, current step.
 
 use crate::integrate::counters::Counters;
 use crate::integrate::stepper::{Settings, StepPlan};
 
-/// Why an integration ended.
+/// Reason why an integration ended.
 #[derive(Debug, Clone, PartialEq)]
 pub enum Stopped {
     /// It reached its end.
@@ -35,11 +35,11 @@ pub(super) struct Lane {
     pub t_end: f64,
     /// Time that the present step must not pass.
     pub stop: f64,
-    /// Time up to which what its row carries outside the state holds, see [`crate::integrate::Rebasing::horizon`].
+    /// Time up to which the row's part outside the state holds, see [`crate::integrate::Rebasing::horizon`].
     pub horizon: f64,
     /// The present step.
     pub plan: StepPlan,
-    /// Its error, and the fraction of it that is accepted; `None` if it is not.
+    /// Error, and the accepted fraction of the step; `None` if it is rejected.
     pub error: f64,
     pub accepted: Option<f64>,
     /// Whether the first rate is that at `(t, y)`, and the first samples are the guards there.
@@ -53,7 +53,7 @@ pub(super) struct Lane {
     pub counters: Counters,
     max_steps: u64,
     max_wall_time_s: f64,
-    /// Its share of the wall time, s.
+    /// Share of the wall time, s.
     pub wall_time_s: f64,
 }
 
@@ -99,7 +99,7 @@ impl Lane {
         self.is_running() && self.error <= 1.0
     }
 
-    /// Which budget is used up.
+    /// Exhausted budget.
     pub fn spent(&self) -> Option<Stopped> {
         if self.counters.steps + self.counters.rejected_steps >= self.max_steps {
             return Some(Stopped::StepBudget);

@@ -18,13 +18,13 @@ const MOST_TRIALS: usize = 50;
 /// Roots closer than this fraction of a step happen at the same instant.
 const SAME_INSTANT: f64 = 1e-10;
 
-/// What is known of one guard over a step.
+/// State of one guard over a step.
 struct Watch {
     /// Index of the guard.
     guard: usize,
-    /// Its value at the start of this step; unknown if it switched there.
+    /// Value at the start of this step; unknown if it switched there.
     at_start: Option<f64>,
-    /// Where it is positive.
+    /// Point at which it is positive.
     positive: Reading,
 }
 
@@ -72,9 +72,9 @@ pub(super) struct SwitchedLane<'a, R> {
     pub fresh: &'a [bool],
 }
 
-/// What a search for events writes to.
+/// Scratch memory of a search for events.
 pub(super) struct Memory<'m> {
-    /// Gets the guards that cross zero at the first event, all those of the same instant.
+    /// Receives the guards that cross zero at the first event; several if they cross at the same instant.
     pub hits: &'m mut Vec<usize>,
     /// Scratch of the state's length.
     pub y: &'m mut [f64],
@@ -118,8 +118,7 @@ pub(super) fn first_events<S: Switching, R: Number>(
     first
 }
 
-/// Where the cubic through a smooth function's values and rates at both ends of a step of length `h` has a positive
-/// maximum in between.
+/// Finds a positive maximum of the cubic through a smooth function's values and rates at both ends of a step of length `h`.
 fn cubic_maximum(start: &GuardSample, end: &GuardSample, h: f64) -> Option<f64> {
     let (f0, s0) = (start.smooth, start.smooth_rate * h);
     let (f1, s1) = (end.smooth, end.smooth_rate * h);
@@ -141,7 +140,7 @@ struct Along<'a, S> {
     system: &'a S,
     step: &'a Step<'a>,
     guard: usize,
-    /// Its sums; `None` for one that takes the state.
+    /// Sums; `None` for a guard that reads the state.
     sums: Option<[Polynomial; 2]>,
     /// Scratch of the state's length.
     y: &'a mut [f64],
@@ -224,8 +223,8 @@ mod tests {
         cubic_maximum(&sample(f0, s0), &sample(f1, s1), 0.1)
     }
 
-    /// Found to within the bracket from the non-negative side: simple zeros in few trials, all others (flat, as steep as a
-    /// Hertz force, jumps, what is not a number) in hardly more than a bisection's.
+    /// Finds zeros to within the bracket from the non-negative side: simple zeros in few trials, all others (flat, as steep as a Hertz
+    /// force, jumps, NaN) in little more than a bisection.
     #[test]
     fn analytic_zeros() {
         type Guard = fn(f64) -> f64;

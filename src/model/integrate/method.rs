@@ -1,4 +1,4 @@
-//! The methods that a study can name, each by one entry.
+//! Methods that a study can select, each with one entry.
 
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
@@ -53,12 +53,12 @@ macro_rules! methods {
 }
 
 methods! {
-    /// Explicit Runge-Kutta pair of order 5(4) under error control, contacts located.
+    /// Explicit Runge-Kutta pair of order 5(4) with error control and located contacts.
     #[default]
     Tsit5("tsit5", fixed: false, implicit: false, Tsit5),
-    /// Classical Runge-Kutta rule of order 4 at a fixed step, for comparison.
+    /// Classical Runge-Kutta rule of order 4 with a fixed step, for comparison.
     Rk4("rk4", fixed: true, implicit: false, FixedStep<Rk4>),
-    /// Implicit trapezoid at a fixed step (the published program's way), for comparison.
+    /// Implicit trapezoid with a fixed step (as in the published program), for comparison.
     Trapezoid("trapezoid", fixed: true, implicit: true, FixedStep<Trapezoid>),
 }
 
@@ -71,10 +71,10 @@ pub struct Span<'a> {
     pub t_end: f64,
 }
 
-/// Where and how an integration ended.
+/// End of an integration: state and reason.
 #[derive(Debug, Clone, PartialEq)]
 pub struct End {
-    /// Why it ended.
+    /// Reason for the end.
     pub stopped: Stopped,
     /// Time reached in s.
     pub t: f64,

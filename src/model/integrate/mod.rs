@@ -1,15 +1,15 @@
-//! Time integration of piecewise smooth systems with located events. Knows no hammers.
+//! Time integration of piecewise smooth systems with located events. Independent of hammers.
 //!
 //! A [`Switching`] system is smooth between switches. Its guards are functions of the state that are negative while its
 //! present discrete state is right; the [`Integrator`] locates the first upward zero of a guard on the method's own dense
 //! output, ends the step there and lets the system switch. Times known beforehand (a valve that opens) are scheduled stops.
 //! A method is a [`Stepper`]: it computes a step, all else is done once for all of them.
 //!
-//! - `system`: what is integrated, alone or side by side
+//! - `system`: traits of systems, alone or in lanes
 //! - `tsit5`: coefficients of the explicit pair
-//! - `step`, `observer`: an accepted step with its dense output, and who sees it
+//! - `step`, `observer`: an accepted step with its dense output, and its observers
 //! - `taken`: the steps of all lanes
-//! - `stepper`: what the driver asks of a method
+//! - `stepper`: interface between driver and method
 //! - `explicit`: the default method
 //! - `fixed`, `rk4`, `trapezoid`: rules at a fixed step
 //! - `locate`: events within a step

@@ -1,4 +1,4 @@
-//! Who sees a solution while it is computed.
+//! Observers of a solution while it is computed.
 
 use crate::integrate::step::Step;
 

@@ -3,7 +3,7 @@
 use crate::integrate::tsit5::{self, STAGES};
 use decore_math::number::Number;
 
-/// How a step is interpolated, from rates of which the first is that at its start.
+/// Interpolation of a step from rates, of which the first belongs to its start.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Dense {
     /// The stages of the method of order 5.
@@ -21,7 +21,7 @@ impl Dense {
         }
     }
 
-    /// Which of them is that at the end of the step.
+    /// Index of the rate at the end of the step.
     pub(super) const fn last(self) -> usize {
         match self {
             Self::Tsit5 => STAGES - 1,
@@ -56,7 +56,7 @@ impl Dense {
         slopes
     }
 
-    /// Weights of the rates at fraction `theta`; what a method does not have carries none.
+    /// Weights of the rates at fraction `theta`; 0 for rates that a method does not have.
     #[inline]
     fn weights(self, theta: f64) -> [f64; STAGES] {
         match self {
@@ -72,7 +72,7 @@ impl Dense {
 /// The values of one lane.
 #[derive(Debug, Clone, Copy)]
 struct Values<'a> {
-    /// Those of all lanes, of each component one after the other.
+    /// Values of all lanes, component by component.
     all: &'a [f64],
     lanes: usize,
     lane: usize,
@@ -97,19 +97,19 @@ pub(super) struct Polynomial {
 }
 
 impl Polynomial {
-    /// Its value.
+    /// Value at `theta`.
     pub fn at(&self, theta: f64) -> f64 {
         self.constant + self.coefficients.iter().rev().fold(0.0, |sum, coefficient| (sum + coefficient) * theta)
     }
 }
 
-/// What a step of one lane is made of.
+/// Data of a step of one lane.
 pub(super) struct Ingredients<'a, R> {
     /// The state at its start and that at its end, cut or not.
     pub ends: [&'a [R]; 2],
     /// Rates, one after the other, each of the state's length.
     pub rates: &'a [R],
-    /// How they are interpolated.
+    /// Interpolation of the steps.
     pub dense: Dense,
 }
 
@@ -227,7 +227,7 @@ impl<'a> Step<'a> {
         self.write(theta, 0..self.n, y);
     }
 
-    /// Rate of component `index` of the interpolated state at fraction `theta`: at both ends that of the system.
+    /// Rate of component `index` of the interpolated state at fraction `theta`: at both ends the rate of the system.
     pub fn slope(&self, index: usize, theta: f64) -> f64 {
         let powers = [1.0, 2.0 * theta, 3.0 * theta * theta, 4.0 * theta * theta * theta];
         let weight = |coefficients: &[f64; 4]| coefficients.iter().zip(powers).map(|(c, power)| c * power).sum::<f64>();

@@ -1,10 +1,10 @@
-//! What the driver asks of a method: how long a step is to be, and the step.
+//! Interface between driver and method: the length of a step, and the step.
 
 use crate::integrate::step::Dense;
 use crate::integrate::system::InLanes;
 use decore_math::number::Number;
 
-/// Accuracy and effort of an integration. What a method has no use for it leaves alone.
+/// Accuracy and effort of an integration. Methods ignore settings that they do not need.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Settings {
     /// Largest error of a step in any controlled component, in units of its scale; under error control.
@@ -26,7 +26,7 @@ pub struct Settings {
 /// The next step as a method would have it.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct StepPlan {
-    /// Length in s; what is beyond the next stop is cut off.
+    /// Length in s, cut off at the next stop.
     pub h: f64,
     /// Time of its end, where that is known better than by adding the length.
     pub end: Option<f64>,
@@ -60,10 +60,10 @@ impl<R> Trial<'_, R> {
 
 /// A method as the driver sees it; time, budgets, stops, events and acceptance are the driver's.
 pub trait Stepper<S: InLanes<R>, R: Number = f64> {
-    /// How its steps are interpolated, and from which rates.
+    /// Interpolation of the steps, and its rates.
     const DENSE: Dense;
 
-    /// The method for rows like those of `system`.
+    /// Creates the method for rows like the rows of `system`.
     fn new(system: &S) -> Self;
 
     /// Begins anew with the row that is in a lane now.
@@ -84,7 +84,7 @@ pub trait Stepper<S: InLanes<R>, R: Number = f64> {
         0.0
     }
 
-    /// The step to be made from `t` in a lane; it does not change what a lane does if it is asked for twice.
+    /// Plans the step from `t` in a lane. Planning it twice changes nothing.
     fn plan(&mut self, lane: usize, t: f64) -> StepPlan;
 
     /// Computes a step; returns its error in units of the tolerance, up to 1 where it may be accepted.

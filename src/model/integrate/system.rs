@@ -1,4 +1,5 @@
-//! What is integrated, by what a method asks of it: every system, one that switches, one with a part outside its state, rows side by side.
+//! Traits of systems, by the needs of a method: every system, systems that switch, systems with a part outside the state, several rows in
+//! lanes.
 
 use std::ops::Range;
 
@@ -21,8 +22,8 @@ pub trait System {
         self.scales().len()
     }
 
-    /// Controlled components in one row that have no scale of their own: infinite ones stand for them, as their errors follow from
-    /// those of others. Default: none.
+    /// Controlled components of one row without an error scale: their scale is infinite, because their errors follow from others. Default:
+    /// none.
     fn without_scale(&self) -> Range<usize> {
         0..0
     }
@@ -38,8 +39,8 @@ pub trait System {
 
 /// A system that is smooth between switches of a discrete state of its own.
 ///
-/// Its guards are functions of the state that are negative while the present discrete state is right; times known
-/// beforehand (a valve that opens) are scheduled stops.
+/// Guards are functions of the state that are negative while the discrete state is right. Known times (a valve that opens) are scheduled
+/// stops.
 pub trait Switching: System {
     /// Number of guards.
     fn guard_count(&self) -> usize;
@@ -82,8 +83,8 @@ pub trait Switching: System {
     }
 }
 
-/// A system that may carry a part of itself outside `y`, as functions of time that hold up to a horizon: what is linear in it and
-/// known ahead. Default: it has no such part.
+/// A system with a part outside `y`, as functions of time that hold up to a horizon: the linear part, which is known ahead. Default: no
+/// such part.
 pub trait Rebasing: Switching {
     /// Time that no step may pass before [`Rebasing::rebase`] is called. Default: infinity.
     fn horizon(&self) -> f64 {
@@ -104,8 +105,7 @@ pub trait Rebasing: Switching {
 
 /// Rows integrated side by side, one in each lane of `R`, all of one shape: with the same components of the state and guards.
 ///
-/// Each row keeps its discrete state by itself; what is evaluated at every step is evaluated for all lanes at once, and no lane
-/// depends on another.
+/// Each row keeps its own discrete state. Evaluations at every step are for all lanes at once, and no lane depends on another.
 pub trait InLanes<R: Number> {
     /// A row by itself.
     type Row: Rebasing;
@@ -119,7 +119,7 @@ pub trait InLanes<R: Number> {
     /// Takes note that the discrete state of the row in a lane has changed.
     fn switched(&mut self, lane: usize);
 
-    /// Takes note that what the row in a lane carries outside `y` has changed.
+    /// Called when the part of a lane's row outside `y` has changed.
     fn rebased(&mut self, lane: usize);
 
     /// Takes note of the steps of all lanes, as [`Rebasing::stepped`].
@@ -171,12 +171,12 @@ pub struct GuardSample<R = f64> {
     pub value: R,
     /// The smooth function.
     pub smooth: R,
-    /// Its rate along the solution.
+    /// Rate along the solution.
     pub smooth_rate: R,
 }
 
 impl<R: Number> GuardSample<R> {
-    /// That of a lane.
+    /// Sample of one lane.
     pub(super) fn lane(&self, lane: usize) -> GuardSample {
         GuardSample {
             value: self.value.lane(lane),

@@ -1,4 +1,4 @@
-//! A step that has been made in each lane, as seen by what rows carry outside their states.
+//! Accepted steps of all lanes, for parts of rows outside their states.
 
 use crate::integrate::step::Dense;
 use decore_math::number::Number;
@@ -6,17 +6,17 @@ use decore_math::number::Number;
 /// The steps of all lanes.
 #[derive(Debug)]
 pub struct Taken<'t, R: Number = f64> {
-    /// Lanes in which the step is accepted; what is said of the others means nothing.
+    /// Lanes with an accepted step; values of other lanes are meaningless.
     pub accepted: R::Mask,
     /// Time at its start, s.
     pub t: R,
-    /// Its length as computed, s.
+    /// Computed length, s.
     pub h: R,
     /// Fraction of it that is accepted.
     pub theta: R,
     /// Rates of the state, one after the other.
     pub rates: &'t [R],
-    /// How they are interpolated.
+    /// Interpolation of the steps.
     pub dense: Dense,
 }
 

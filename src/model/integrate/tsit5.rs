@@ -78,7 +78,7 @@ mod tests {
         std::array::from_fn(|i| a[i] * b[i])
     }
 
-    /// Elementary weights of all trees up to order 5 and what `sum b w` must be for each.
+    /// Elementary weights of all trees up to order 5 with the required value of `sum b w`.
     fn trees() -> Vec<(u32, Vector, f64)> {
         let one = [1.0; STAGES];
         let c = C;

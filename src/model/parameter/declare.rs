@@ -110,7 +110,7 @@ macro_rules! parameters {
         }
 
         impl $table {
-            /// What the table states, the rest from `base`.
+            /// Returns the values of the table, with `base` for all others.
             pub fn over(&self, base: $name) -> $name {
                 let mut all = base;
                 $( all.$field_1.clone_from(&self.$field_1); )?
@@ -121,7 +121,7 @@ macro_rules! parameters {
     };
 }
 
-/// The default of an entry; without one of its own that of its type.
+/// Default of an entry; otherwise the default of its type.
 #[rustfmt::skip]
 macro_rules! default {
     ($default:expr) => { $default };

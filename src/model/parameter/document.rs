@@ -1,4 +1,4 @@
-//! A group of parameters written out as a file that shows every key with its default.
+//! Writes a group of parameters as a file that shows every key with its default.
 
 use std::fmt::Write;
 
@@ -30,7 +30,7 @@ pub fn document<T: Parameters + Serialize + Default>(head: &str) -> Result<Strin
     Ok(text)
 }
 
-/// A line per parameter that has a value: `prefix`, key, value, and behind it the text and what `more` adds in brackets.
+/// Writes a line per parameter that has a value: `prefix`, key, value, then the text, and the result of `more` in brackets.
 pub fn lines(
     entries: &[Parameter],
     values: &Table,

@@ -1,4 +1,4 @@
-//! A declaration as data, and what is made of it at run time.
+//! A declaration as data, for use at run time.
 
 use schemars::Schema;
 
@@ -21,7 +21,7 @@ pub(crate) fn key(group: &str, name: &str) -> String {
     if group.is_empty() { name.to_owned() } else { format!("{group}.{name}") }
 }
 
-/// A type of a few values, all of which are allowed: what has it needs no range.
+/// A type of a few values, all of which are permitted. It needs no range.
 pub trait Choice {
     /// Nothing to check.
     fn check(&self) {}
@@ -38,9 +38,9 @@ pub struct Parameter {
     pub text: &'static [&'static str],
     /// Unit, range, default and source in a sentence; empty for groups in a group of groups.
     pub values: &'static str,
-    /// Where its value comes from.
+    /// Source of the value.
     pub source: &'static str,
-    /// What values it may have.
+    /// Kind of permitted values.
     pub kind: ParameterKind,
 }
 
@@ -52,7 +52,7 @@ impl Parameter {
     }
 }
 
-/// What values a parameter may have.
+/// Kind of values of a parameter.
 #[derive(Debug, Clone, Copy)]
 pub enum ParameterKind {
     /// Numbers, or lists of numbers, each in a range.

@@ -1,8 +1,8 @@
-//! Parameters declared once: name, type, default, unit, range, source and text of each stand together.
+//! Declaration of parameters: name, type, default, unit, range, source and text in one place.
 //!
-//! The macro `parameters!` makes of a declaration the struct with its documentation, its defaults, its reader and writer, its JSON
-//! schema with the ranges, and the check. A parameter without a range does not compile. Files that follow from declarations
-//! (`schemas/`, `studies/hammers/default.toml`) are held to them by the tests, and written anew by
+//! The macro `parameters!` makes the struct with its documentation, defaults, reader and writer, the JSON schema with ranges, and the
+//! check. A parameter without a range does not compile. Tests compare the files that follow from declarations (`schemas/`,
+//! `studies/hammers/default.toml`). To rewrite these files, run
 //!
 //! ```text
 //! DECORE_UPDATE_SCHEMAS=1 cargo test --release --test study

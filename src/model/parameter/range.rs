@@ -1,4 +1,4 @@
-//! Ranges of numbers, as declarations write them, and their words.
+//! Ranges of numbers in declarations, and their descriptions.
 
 use serde_json::Value;
 
@@ -14,7 +14,7 @@ pub struct Range {
     pub high: f64,
     /// Whether the lower and the upper end themselves are outside.
     pub open: [bool; 2],
-    /// What a value is expected to be, in words.
+    /// Expected values, in words.
     pub words: &'static str,
 }
 
@@ -70,7 +70,7 @@ pub fn short(number: f64) -> String {
 pub struct Fault {
     /// Path of the parameter.
     pub path: String,
-    /// What it is and what was expected.
+    /// The fault and the expected value.
     pub message: String,
 }
 

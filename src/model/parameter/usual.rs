@@ -1,10 +1,10 @@
-//! Between which numbers the values of a parameter usually lie, and in which unit one that does not was probably stated.
+//! Usual range of a parameter's values, and the probable unit of a value outside it.
 
 use super::range::{Fault, Numbers, short};
 
 /// Numbers between which a value usually lies.
 ///
-/// They are wide: what lies outside is possible, but more likely a slip of the unit.
+/// The ranges are wide: values outside are possible, but more likely a wrong unit.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Usual {
     /// Least of them.
@@ -20,7 +20,7 @@ struct Other {
     name: &'static str,
     /// One of it in the parameter's unit.
     factor: f64,
-    /// What is added then.
+    /// Offset of the conversion.
     offset: f64,
 }
 
@@ -59,7 +59,7 @@ impl Usual {
         (self.low..=self.high).contains(&number)
     }
 
-    /// Adds a remark for each number of a value that does not lie between them; what is not finite has its faults elsewhere.
+    /// Adds a remark for each number of a value outside the range. Numbers that are not finite are reported elsewhere.
     pub fn look(&self, value: &impl Numbers, at: &str, remarks: &mut Vec<Fault>) {
         value.visit(&mut |number| {
             if number.is_finite() && !self.holds(number) {
@@ -68,7 +68,7 @@ impl Usual {
         });
     }
 
-    /// What is said of a number that does not lie between them.
+    /// Remark on a number outside the usual range.
     fn remark(&self, number: f64) -> String {
         let unit = if self.unit == "1" { String::new() } else { format!(" {}", self.unit) };
         // Where a value went through other units, as pressures do, its last digits are rounding.

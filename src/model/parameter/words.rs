@@ -1,6 +1,6 @@
-//! What documentation and messages say of a parameter, as literals.
+//! Texts about a parameter for documentation and messages, as literals.
 //!
-//! The derives that read documentation resolve macros by their place in the text only: these are no items with a path.
+//! These macros have no path: derives that read documentation resolve macros only by their place in the text.
 
 /// A range in words, as a literal.
 #[rustfmt::skip]
@@ -16,7 +16,7 @@ macro_rules! parameter_words {
     ([$low:literal ..= $high:literal]) => { concat!("a whole number from ", $low, " to ", $high) };
 }
 
-/// What a group's documentation says of an entry after its text: range, unit, default, source.
+/// Sentence after an entry's text in the documentation of its group: range, unit, default, source.
 #[rustfmt::skip]
 macro_rules! parameter_sentence {
     ([choice], $unit:tt, $source:tt $(, $default:expr)?) => { concat!("Default: ", $source, ".") };

@@ -13,21 +13,21 @@ use super::threads::{ThreadCountError, thread_count};
 
 /// Default of [`BatchSettings::window`].
 pub const DEFAULT_WINDOW: u64 = 1024;
-/// Rows that are ready at most before the calling thread is told.
+/// Largest number of ready rows before the calling thread is woken.
 const MOST_READY: u64 = 64;
-/// Rows that end later than this after the last time tell the calling thread at once.
+/// Longest time between two wake-ups of the calling thread while rows end.
 const LONGEST_WAIT: Duration = Duration::from_millis(20);
 /// Time between two calls of [`BatchSettings::tick`].
 const TICK: Duration = Duration::from_millis(250);
 
-/// How to run a batch.
+/// Settings of a batch.
 #[derive(Clone, Copy)]
 pub struct BatchSettings<'a> {
     /// Number of threads that run rows; 0: see [`thread_count`]. The outcomes do not depend on it.
     pub threads: usize,
     /// Reorder window: at most this many rows are started beyond the oldest one that is not yet handed over (at least 1).
     ///
-    /// It bounds the memory (outcomes held) and the time for which a single long row can go on without the other
+    /// It bounds the memory (outcomes held) and the time for which a single long row can continue without the other
     /// threads running dry: `window` times a usual row's time, divided by the other threads. Default
     /// [`DEFAULT_WINDOW`]: some ten megabytes of outcomes.
     pub window: u64,
@@ -37,7 +37,7 @@ pub struct BatchSettings<'a> {
     pub tick: &'a dyn Fn(),
 }
 
-/// What a batch did.
+/// Result of a batch.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct BatchSummary {
     /// Rows handed to the sink.
@@ -48,7 +48,7 @@ pub struct BatchSummary {
     pub stopped: bool,
 }
 
-/// Why a batch ended early.
+/// Reason why a batch ended early.
 #[derive(Debug, thiserror::Error)]
 pub enum BatchError<E: std::error::Error + 'static> {
     /// The number of threads is out of range.
@@ -60,9 +60,9 @@ pub enum BatchError<E: std::error::Error + 'static> {
          `ulimit -v`, `ulimit -u`)"
     )]
     Threads {
-        /// Number asked for.
+        /// Requested number.
         threads: usize,
-        /// Why.
+        /// Cause.
         #[source]
         source: rayon::ThreadPoolBuildError,
     },
@@ -71,13 +71,13 @@ pub enum BatchError<E: std::error::Error + 'static> {
     Sink {
         /// The row.
         row: u64,
-        /// Why.
+        /// Cause.
         #[source]
         source: E,
     },
 }
 
-/// Where a thread gets its rows and leaves their outcomes.
+/// Source of rows for a thread, and destination of their outcomes.
 pub trait RowSource {
     /// Starts the next row; `None` if there is none. While no row may be started because the window is full, it waits if `wait` is
     /// set, which asks for all rows of this thread to have ended; otherwise there is none now, and none either once this thread runs
@@ -88,15 +88,15 @@ pub trait RowSource {
     fn ended(&mut self, row: u64, outcome: RowOutcome);
 }
 
-/// What is done with rows, on the threads that run them.
+/// Work on rows, on the threads that run them.
 pub trait RowTask: Sync {
-    /// What is kept of an outcome.
+    /// Kept part of an outcome.
     type Kept: Send;
 
-    /// Runs rows on one thread until there are no more. What comes of a row must depend on the row alone.
+    /// Runs rows on one thread until there are no more. The result of a row must depend only on the row.
     fn run(&self, rows: &mut dyn RowSource);
 
-    /// Makes what is kept, as soon as the row has ended: the place to store it. Comes before the order is restored.
+    /// Makes the kept result as soon as the row has ended, before the order is restored. Store it here.
     fn keep(&self, row: u64, outcome: RowOutcome) -> Self::Kept;
 }
 
@@ -125,16 +125,17 @@ pub fn run_one_by_one(rows: &mut dyn RowSource, run: impl Fn(u64) -> RowOutcome)
     }
 }
 
-/// Runs `task` for every row and hands what it keeps to `sink` in the order of `rows`.
+/// Runs `task` for every row and passes the kept results to `sink` in the order of `rows`.
 ///
 /// Rows are given out one at a time, so long ones hold up no others (within the window). As running a row is pure, the
 /// outcomes (wall times apart) are the same for any number of threads. `sink` runs on the calling thread.
 ///
-/// On stop no more rows are started; the running ones end and are handed over. As rows are started in order, what the
-/// sink gets is always a beginning of `rows` without gap.
+/// After a stop no more rows are started; running rows end and are passed on. Rows are started in order, so `sink` always receives the
+/// first rows without a gap.
 ///
 /// # Errors
-/// [`BatchError::ThreadCount`]; [`BatchError::Threads`]; [`BatchError::Sink`] with the sink's first error, after which no more rows are started.
+/// [`BatchError::ThreadCount`]; [`BatchError::Threads`]; [`BatchError::Sink`] with the sink's first error, after which no more rows are
+/// started.
 pub fn run_batch<T: RowTask, E: std::error::Error + 'static>(
     rows: impl Iterator<Item = u64> + Send,
     settings: &BatchSettings<'_>,
@@ -176,15 +177,15 @@ struct State<I, K> {
     started: u64,
     /// Outcomes that the sink has taken.
     delivered: u64,
-    /// What was kept, by ticket.
+    /// Kept results, by ticket.
     ready: BTreeMap<u64, Ready<K>>,
-    /// When the calling thread was last told of what is ready.
+    /// Time of the last wake-up of the calling thread.
     told: Instant,
     /// Rows that have been started and have not ended.
     running: usize,
     /// Threads that have not ended.
     threads: usize,
-    /// Threads that wait for the window to move: to tell nobody is a call of the system too.
+    /// Number of threads that wait for the window to move. Waking nobody would still be a system call.
     waiting: usize,
     closed: bool,
 }
@@ -227,7 +228,7 @@ impl<'a, I: Iterator<Item = u64>, K> Queue<'a, I, K> {
         task.run(&mut ThreadRows { queue: self, task, started: Vec::new() });
     }
 
-    /// Notes what a row gave; wakes the calling thread only now and then, as short rows would else cost a switch each.
+    /// Stores the result of a row, and wakes the calling thread only now and then: for short rows each wake-up would be too expensive.
     fn hand_in(&self, ticket: u64, ready: Ready<K>) {
         let mut state = self.lock();
         state.running -= 1;
@@ -317,7 +318,7 @@ impl<'a, I: Iterator<Item = u64>, K> Queue<'a, I, K> {
     }
 }
 
-/// Tells that time passed.
+/// Reports elapsed time.
 struct Ticker<'t> {
     tick: &'t dyn Fn(),
     last: Instant,

@@ -1,4 +1,4 @@
-//! Runs rows of one shape side by side in the lanes of a vector.
+//! Runs rows of one shape in the lanes of a vector.
 
 use std::collections::VecDeque;
 use std::panic::{AssertUnwindSafe, catch_unwind};
@@ -18,18 +18,18 @@ use decore_math::number::Four;
 use decore_math::number::{EightAvx, FourAvx};
 use decore_math::number::{Number, Registers};
 
-/// Rows looked ahead for those of the shape that is being run.
+/// Number of further rows in which rows of the running shape are searched.
 const LOOK_AHEAD: usize = 16;
 
-/// Where rows come from and where their outcomes go.
+/// Source of rows and destination of their outcomes.
 pub trait JobSource {
-    /// The next row and what is to be done; `wait` to wait until one may be started, otherwise `None` as well while none may be.
+    /// Returns the next row and its job. With `wait`, waits until a row may be started; otherwise also `None` if none may be started now.
     fn next(&mut self, wait: bool) -> Option<(u64, RowJob)>;
 
     /// A row has ended.
     fn ended(&mut self, row: u64, outcome: RowOutcome);
 
-    /// A row has panicked; the payload tells why.
+    /// A row has panicked, with this payload.
     fn panicked(&mut self, row: u64, payload: Box<dyn std::any::Any + Send>);
 }
 
@@ -44,7 +44,7 @@ struct Ready {
     wall_time_s: f64,
 }
 
-/// Runs all rows of a source, those of one shape side by side. What a row gives does not depend on its neighbours.
+/// Runs all rows of a source, rows of one shape in lanes. The result of a row does not depend on the other rows.
 pub fn run_jobs(source: &mut dyn JobSource) {
     run_jobs_in(Registers::widest(), source);
 }
@@ -80,7 +80,7 @@ pub fn run_jobs_over<R: Number>(source: &mut dyn JobSource) {
     }
 }
 
-/// The next row of a source that is to be run side by side; others are run on the way.
+/// Returns the next row of a source for lanes; runs all others on the way.
 fn next_ready(source: &mut dyn JobSource, wait: bool) -> Option<Ready> {
     loop {
         let (row, job) = source.next(wait)?;
@@ -115,7 +115,7 @@ fn made_ready(source: &mut dyn JobSource, row: u64, mut job: RowJob) -> Option<R
     None
 }
 
-/// Runs what is left of a row alone.
+/// Runs the rest of a row alone.
 fn run_alone(source: &mut dyn JobSource, row: u64, job: RowJob) {
     match catch_unwind(AssertUnwindSafe(|| job.run())) {
         Ok(outcome) => source.ended(row, outcome),
@@ -189,7 +189,7 @@ impl<'g, R: Number> Group<'g, R> {
         }
     }
 
-    /// The simulation in a lane has ended: the row goes on there with its next one, or another row does.
+    /// The simulation in a lane has ended: the row continues there with its next one, or another row does.
     fn ended(&mut self, lane: usize, stopped: Stopped) {
         let (Some(mut ready), Some(recorder)) = (self.rows[lane].take(), self.recorders[lane].take()) else { return };
         let mut y = ready.model.initial_state().to_vec();

@@ -1,5 +1,5 @@
-//! What becomes of a row: it is simulated, simulated again with a stricter tolerance if it diverged or its audit fails, and then
-//! its numerical twin and its twins are.
+//! The steps of a row: simulation, retries with a stricter tolerance if it diverges or its audit fails, then its numerical twin and its
+//! twins.
 
 use std::sync::Arc;
 
@@ -11,12 +11,12 @@ use crate::metrics::RunMetrics;
 use crate::scene::Scene;
 use crate::system::{Coupled, CoupledModel, PlacedModes};
 
-/// Times such a row is run again unless another number is asked for.
+/// Default number of retries of such a row.
 pub const DEFAULT_RETRIES: u32 = 1;
 /// Factor on the tolerance from one time to the next.
 pub const TIGHTENING: f64 = 0.01;
 
-/// A row on its way: which simulation is next, what came of those before. Pure: simulations may be run anywhere.
+/// A row in progress: its next simulation and the results of earlier ones. Pure: simulations can run anywhere.
 #[derive(Debug, Clone)]
 pub struct RowJob {
     scene: Scene,
@@ -34,7 +34,7 @@ pub struct RowJob {
 /// All modes of a row's machine, on which its numerical twin runs; `None` if they could not be computed.
 pub type NumericalModes = Option<Arc<PlacedModes>>;
 
-/// What a row's next simulation is.
+/// Next simulation of a row.
 #[derive(Debug, Clone, Copy, PartialEq)]
 enum Next {
     /// The row itself, with this tolerance, for this time, from 0.
@@ -151,13 +151,13 @@ impl RowJob {
         if number < self.scene.outputs.twins { Next::Twin(number) } else { Next::Nothing }
     }
 
-    /// The outcome, once all is done: that of the last time, its wall time that of all.
+    /// Outcome after all simulations: the outcome of the last one, with the wall time of all.
     pub fn outcome(self) -> RowOutcome {
         self.outcome.unwrap_or_else(|| RowOutcome::invalid("the row was not simulated".to_owned()))
     }
 
-    /// Runs what is left alone, with an observer that is made for each time and sees it; that of the row's own last time comes
-    /// back, unless the scene could not be built.
+    /// Runs the rest alone, with a new observer for each simulation. Returns the observer of the row's last simulation, unless the scene
+    /// could not be built.
     pub fn run_observed<O>(mut self, observer: impl Fn(&CoupledModel) -> O) -> (RowOutcome, Option<O>)
     where
         O: Observer<Coupled>,
@@ -173,7 +173,7 @@ impl RowJob {
         (self.outcome(), last)
     }
 
-    /// Runs what is left alone.
+    /// Runs the rest alone.
     pub fn run(self) -> RowOutcome {
         self.run_observed(|_| ()).0
     }

@@ -1,4 +1,4 @@
-//! Runs rows: one row (pure), rows side by side, the batch.
+//! Runs rows: one row (pure), rows in lanes, the batch.
 
 mod batch;
 mod group;

@@ -1,4 +1,4 @@
-//! How one row ended: a failed row is data, not an error.
+//! Outcome of one row. A failed row is data, not an error.
 
 use std::any::Any;
 
@@ -10,12 +10,12 @@ use crate::metrics::RunMetrics;
 use decore_quantity::{named, quantities};
 
 named! {
-    /// How a row ended.
+    /// Status of a row at its end.
     #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Serialize, JsonSchema)]
     pub enum RowStatus {
         /// Simulated to its end, and the audits hold.
         Done = "done",
-        /// Simulated to its end, but the audit of energies or of chambers fails: the outputs are there, and doubtful.
+        /// Simulated to its end, but the audit of energies or chambers fails. The outputs exist, but are doubtful.
         AuditFailed = "audit_failed",
         /// The row's parameters describe no scene that can be simulated.
         Invalid = "invalid",
@@ -30,9 +30,9 @@ quantities! {
     /// Result of one row.
     #[derive(Debug, Clone, PartialEq, Serialize, JsonSchema)]
     pub struct RowOutcome {
-        /// How the row ended: done, audit_failed, invalid, diverged, budget_exhausted.
+        /// Status of the row: done, audit_failed, invalid, diverged, budget_exhausted.
         pub status: RowStatus => "",
-        /// Why the row is not done, in words; empty if it is.
+        /// Reason why the row is not done, in words; empty if it is.
         pub reason: String => "",
         /// Simulated time reached.
         pub time_reached_s: f64 => "s",
@@ -52,7 +52,7 @@ quantities! {
 }
 
 impl RowOutcome {
-    /// A row in which the program panicked, with what it said.
+    /// Outcome of a row in which the program panicked, with its message.
     pub fn panicked(payload: &(dyn Any + Send)) -> Self {
         let said = match (payload.downcast_ref::<&str>(), payload.downcast_ref::<String>()) {
             (Some(message), _) => message,

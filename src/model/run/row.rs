@@ -26,7 +26,7 @@ pub const LONGEST_FLIGHT_S: f64 = 0.2;
 
 /// Simulates a scene on the modes of its structure.
 ///
-/// Never fails: a scene that cannot be built gives status `Invalid`, an integration that cannot go on `Diverged` or
+/// Never fails: a scene that cannot be built gives status `Invalid`, an integration that cannot continue `Diverged` or
 /// `BudgetExhausted`, each with the reason and the time reached.
 pub fn run_row(scene: &Scene, modes: &impl SceneModes) -> RowOutcome {
     run_row_observed(scene, modes, |_| ()).0
@@ -66,7 +66,7 @@ where
     (outcome, extra)
 }
 
-/// Not generic over the observer, for which the integration would be compiled anew wherever one is passed.
+/// Not generic over the observer, for which the integration would be compiled again wherever one is passed.
 fn simulate(scene: &Scene, model: &Arc<CoupledModel>, extra: &mut dyn Observer<Coupled>) -> RowOutcome {
     let mut system = Coupled::new(model);
     let mut observers = (Recorder::new(model, scene), extra);
@@ -75,7 +75,7 @@ fn simulate(scene: &Scene, model: &Arc<CoupledModel>, extra: &mut dyn Observer<C
     outcome(scene, &system, observers.0, end)
 }
 
-/// Accuracy and effort that a scene asks for.
+/// Accuracy and effort of a scene.
 pub(super) fn settings(scene: &Scene) -> Settings {
     let SolverSettings { tolerance, step_s, located, max_steps, max_wall_time_s, .. } = scene.solver;
     Settings {

@@ -1,8 +1,8 @@
-//! Number of threads: one per core unless asked, and never more than a machine bears.
+//! Number of threads: one per core by default, with an upper limit.
 
 /// Most threads that can be asked for. More would fill the machine's memory and process table before any row is run.
 pub const MOST_THREADS: usize = 1024;
-/// Variables by which users ask for threads, in the order in which rayon reads them.
+/// Variables that set the number of threads, in the order in which rayon reads them.
 const VARIABLES: [&str; 2] = ["RAYON_NUM_THREADS", "RAYON_RS_NUM_CPUS"];
 
 /// A number of threads that cannot be started.
@@ -13,7 +13,7 @@ pub struct ThreadCountError {
     name: &'static str,
     /// Value that was found.
     found: String,
-    /// How to fix it.
+    /// Remedy.
     advice: &'static str,
 }
 

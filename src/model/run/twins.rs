@@ -1,4 +1,4 @@
-//! A row's twins: the same scene with inputs that are the same for every purpose, to see how far its outputs move.
+//! Twins of a row: the same scene with tiny changes of the inputs, to measure the scatter of its outputs.
 
 use super::row::LEAST_TOLERANCE;
 use crate::scene::{Guide, HammerUnit, Method, ModeTreatment, Scene, SolverSettings};
@@ -7,15 +7,15 @@ use crate::scene::{Guide, HammerUnit, Method, ModeTreatment, Scene, SolverSettin
 pub const PERTURBATION: f64 = 1e-9;
 /// Factor on the tolerance of twins: one step tighter, so that errors of the integration show as well.
 const TWIN_TIGHTENING: f64 = 0.1;
-/// Factor on the tolerance of a numerical twin: its own error is then small beside the row's.
+/// Factor on the tolerance of a numerical twin, so that its own error is small compared with the row's.
 const NUMERICAL_TIGHTENING: f64 = 0.01;
 /// Factor on the budget of steps of a numerical twin, which takes about ten times as many.
 const NUMERICAL_STEPS: u64 = 100;
-/// Mass of a casting over that of the chisel above which the percussion of a single hammer is mostly not periodic: with the default
-/// hammer (1.8 kg) castings of 3 kg still are, of 3.5 kg no more (the guide's page on scatter).
+/// Ratio of a casting's to the chisel's mass above which the percussion of a single hammer is mostly not periodic. With the default hammer
+/// (1.8 kg) castings of 3 kg are still periodic, castings of 3.5 kg are not (help page on scatter).
 const HEAVY_RATIO: f64 = 1.75;
 
-/// Why a scene is known to amplify perturbations, so that its periodic figures scatter; `None` for one that is not.
+/// Reason why a scene amplifies perturbations, so that its periodic figures scatter; `None` for other scenes.
 pub fn amplifies(scene: &Scene) -> Option<String> {
     for (index, casting) in scene.castings.iter().enumerate() {
         let striking: Vec<&HammerUnit> = scene.hammers.iter().filter(|hammer| hammer.casting == index).collect();
@@ -36,8 +36,8 @@ pub fn twin(scene: &Scene, number: usize) -> Scene {
     moved
 }
 
-/// The numerical twin of a scene: the same inputs with a hundredth of the tolerance and housing guides on their springs; of a method
-/// with a fixed step the default method. It is to be run on all modes of the structure.
+/// Numerical twin of a scene: the same inputs with a hundredth of the tolerance and housing guides on their springs; the default method
+/// instead of a fixed step. It runs on all modes of the structure.
 pub fn numerical_twin(scene: &Scene) -> Scene {
     let solver = SolverSettings {
         tolerance: (scene.solver.tolerance * NUMERICAL_TIGHTENING).max(LEAST_TOLERANCE),

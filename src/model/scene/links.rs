@@ -1,7 +1,7 @@
-//! Parts of a scene, their points, and the links between points: plain data, from which the coupled system is assembled.
+//! Parts of a scene, their points, and the links between points: plain data, the source of the coupled system.
 //!
-//! A part is rigid or elastic, be it the machine, a hammer or a casting. A point belongs to a part; a link joins two points by a law.
-//! This file alone knows which parts, points and links a scene has, and which freedoms a rigid part has.
+//! A part is rigid or elastic: the machine, a hammer or a casting. A point belongs to a part; a link joins two points with a law. Only
+//! this file knows the parts, points and links of a scene, and the freedoms of a rigid part.
 
 use std::collections::BTreeMap;
 
@@ -27,7 +27,7 @@ pub enum PartId {
 pub enum Part {
     /// Rigid bodies: their freedoms, each with its mass in kg or inertia in kg m2.
     Rigid(Vec<(Freedom, f64)>),
-    /// A reduced structure. Its modes come beside the scene, see [`crate::system::InterfaceModes`].
+    /// A reduced structure. Its modes are separate from the scene, see [`crate::system::InterfaceModes`].
     Elastic,
 }
 
@@ -89,7 +89,7 @@ pub enum PointId {
     Core {
         /// The casting.
         casting: usize,
-        /// Its index among that casting's core points.
+        /// Index among the casting's core points.
         core: usize,
     },
     /// A casting as a whole, as it rotates.
@@ -101,7 +101,7 @@ pub enum PointId {
     },
     /// A watched point of the machine. No link joins it.
     Watched {
-        /// Its index among these.
+        /// Index among these points.
         point: usize,
     },
 }
@@ -120,7 +120,7 @@ impl PointId {
     }
 }
 
-/// Where on its part a point is.
+/// Location of a point on its part.
 #[derive(Debug, Clone, PartialEq)]
 pub enum Location {
     /// A hammer's body.
@@ -142,7 +142,7 @@ pub struct PointRef {
     pub id: PointId,
     /// The part that it belongs to.
     pub part: PartId,
-    /// Where on the part.
+    /// Location on the part.
     pub location: Location,
 }
 
@@ -178,7 +178,7 @@ pub enum Owner {
     Hammer {
         /// The hammer.
         hammer: usize,
-        /// Which of its links.
+        /// Link of the hammer.
         link: HammerLink,
     },
     /// A fixture of a casting.
@@ -188,7 +188,7 @@ pub enum Owner {
 /// Law of a link.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum LinkLaw {
-    /// `F = k d + c d'`, d the motion of the first point less that of the second since rest.
+    /// `F = k d + c d'`, d the motion of the first point relative to the second since rest.
     Spring {
         /// Stiffness in N/m.
         stiffness_n_per_m: f64,
@@ -229,7 +229,7 @@ impl Part {
 }
 
 impl Location {
-    /// Its motion per motion of a freedom. The point (x, y) of a casting moves by `z + y tx - x ty`.
+    /// Motion of the location per motion of a freedom. The point (x, y) of a casting moves by `z + y tx - x ty`.
     fn motion_per(&self, freedom: Freedom) -> f64 {
         match (self, freedom) {
             (Self::Body(own), Freedom::Body(body)) if *own == body => 1.0,
@@ -370,7 +370,7 @@ impl Scene {
         ids.zip(self.castings.iter().flat_map(|casting| &casting.fixtures))
     }
 
-    /// A point. That of a guide that is tied is its mount.
+    /// Returns a point. The point of a tied guide is its mount.
     pub fn point(&self, id: PointId) -> PointRef {
         let on = |casting: usize, rigid: Location, elastic: BodyPoint| {
             let location = self.castings[casting].elastic.map_or(rigid, |_| Location::Place(elastic));
@@ -408,7 +408,7 @@ impl Scene {
         PointRef { id, part, location }
     }
 
-    /// All links: those of each hammer, then the fixtures.
+    /// Returns all links: hammer by hammer, then the fixtures.
     pub fn links(&self) -> Vec<Link> {
         let hammers = (0..self.hammers.len()).flat_map(|hammer| self.links_of_hammer(hammer));
         hammers.chain(self.fixtures().map(|(id, fixture)| self.link_of_fixture(id, fixture))).collect()

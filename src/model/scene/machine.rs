@@ -1,4 +1,4 @@
-//! Where a machine comes from and how it is reduced.
+//! Source and reduction of a machine.
 
 use indexmap::IndexMap;
 use schemars::JsonSchema;
@@ -10,7 +10,7 @@ use crate::structure::Damping::{self, Ratio};
 use crate::structure::{MatrixFormat, Units};
 
 parameters! {
-    /// Where the machine comes from and how it is reduced.
+    /// Source of the machine, and its reduction.
     #[derive(Serialize)]
     pub struct StructureParameters from StructureEntry {
         typed {
@@ -20,25 +20,25 @@ parameters! {
             /// Stiffness matrix, plain or gzip, relative to the study; for `matrices`.
             #[serde(skip_serializing_if = "Option::is_none")]
             pub stiffness_file: Option<String>,
-            /// Mass matrix without housings, plain or gzip, relative to the study; for `matrices`. It may be the file of the
-            /// stiffness where a format keeps several matrices in one.
+            /// Mass matrix without housings, plain or gzip, relative to the study; for `matrices`. If the format stores several matrices in
+            /// one file, it may be the stiffness file.
             #[serde(skip_serializing_if = "Option::is_none")]
             pub mass_file: Option<String>,
-            /// Matrix of viscous damping, relative to the study; for `matrices`. Its diagonal over the modes takes the place of
-            /// `damping_ratio`. Default: none.
+            /// Matrix of viscous damping, relative to the study; for `matrices`. Its diagonal over the modes replaces `damping_ratio`.
+            /// Default: none.
             #[serde(skip_serializing_if = "Option::is_none")]
             pub damping_file: Option<String>,
-            /// List of what the rows of the matrices stand for, one line per row: `12.3` (node 12, direction 3), `12 3` or
-            /// `5 12 UZ`, relative to the study; for `matrices`. The node's coordinates may follow. CalculiX writes it as `.dof`,
-            /// ANSYS as `.mapping`; of a Nastran superelement it is the `.pch` (EXTRN entries) or `.asm` file.
+            /// List of the node and direction of each row of the matrices, one line per row: `12.3` (node 12, direction 3), `12 3` or `5 12
+            /// UZ`, relative to the study; for `matrices`. The node's coordinates may follow. CalculiX writes it as `.dof`, ANSYS as
+            /// `.mapping`. For a Nastran superelement use the `.pch` (EXTRN entries) or `.asm` file.
             #[serde(skip_serializing_if = "Option::is_none")]
             pub dof_file: Option<String>,
-            /// Places of nodes in the unit of the matrices, relative to the study; for `matrices`: an input file with a `*NODE` block
-            /// (Abaqus, CalculiX), `GRID` entries (Nastran), or lines of node, x, y, z. They give the centre of mass, and show wrong
-            /// labels and units.
+            /// File with the positions of nodes in the unit of the matrices, relative to the study; for `matrices`: an input file with a
+            /// `*NODE` block (Abaqus, CalculiX), `GRID` entries (Nastran), or lines of node, x, y, z. They give the centre of mass, and
+            /// show wrong labels and units.
             #[serde(skip_serializing_if = "Option::is_none")]
             pub nodes_file: Option<String>,
-            /// Format of the matrices. Default: told by the end of the stiffness file's name (`.gz` may follow).
+            /// Format of the matrices. Default: from the ending of the stiffness file's name (`.gz` may follow).
             #[serde(skip_serializing_if = "Option::is_none")]
             pub format: Option<MatrixFormat>,
             /// Units of the matrices and of coordinates in `dof_file` and `nodes_file`: length, mass, time. Default `si`.
@@ -48,8 +48,8 @@ parameters! {
             /// known.
             #[serde(skip_serializing_if = "Option::is_none")]
             pub dofs_per_node: Option<u32>,
-            /// Name of the stiffness in a file of several matrices (`dmig`, `op4`), for instance `KAA`; of several of one name in an
-            /// OUTPUT4 file the second is `KAA#2`. Default `KAAX`.
+            /// Name of the stiffness in a file of several matrices (`dmig`, `op4`), for instance `KAA`. If an OUTPUT4 file has several of
+            /// one name, the second is `KAA#2`. Default `KAAX`.
             #[serde(skip_serializing_if = "Option::is_none")]
             pub stiffness_name: Option<String>,
             /// Name of the mass in a file of several matrices. Default `MAAX`.
@@ -58,7 +58,7 @@ parameters! {
             /// Name of the damping in a file of several matrices. Default `BAAX`.
             #[serde(skip_serializing_if = "Option::is_none")]
             pub damping_name: Option<String>,
-            /// Whether reductions are kept beside the stiffness file (folder `.decore-cache`) and used again. Default true.
+            /// Whether to keep reductions next to the stiffness file (folder `.decore-cache`), and to use them again. Default true.
             #[serde(skip_serializing_if = "Option::is_none")]
             pub cache: Option<bool>,
             /// Modal table (CSV), or a universal file with normal modes (data sets 55), relative to the study; for `modal_table`.
@@ -79,13 +79,14 @@ parameters! {
             #[serde(default, skip_serializing_if = "IndexMap::is_empty")]
             pub rails: IndexMap<String, Vec<String>>,
         }
-        /// All modes of the coupled machine up to this frequency are kept, instead of those that `mode_tolerance` selects.
+        /// Keep all modes of the coupled machine up to this frequency, instead of the modes that `mode_tolerance` selects.
         pub cutoff_hz: f64 = 1000.0, "Hz", [> 0], "with a list of damping ratios; without one the preset selects modes";
-        /// Of all modes of the basis those are kept that a scene's points need, so that its receptances err by no more than this up
-        /// to `mode_band_hz`, relative to static flexibility; the others are lumped into one residual mode per point. At 0 all that
-        /// move a point are kept. Given beside `cutoff_hz` or a list of damping ratios it counts, the preset's does not.
+        /// Keep the modes of the basis that a scene's points need for this error of their receptances up to `mode_band_hz`, relative to
+        /// static flexibility. One residual mode per point replaces the others. 0 keeps all modes that move a point. With `cutoff_hz` or a
+        /// list of damping ratios, only a value that you give counts, not the preset's.
         pub mode_tolerance: f64 = STANDARD.mode_tolerance, "1", [>= 0, < 1], "the preset's";
-        /// Edge of the band for `mode_tolerance`: what contacts excite (half the period of one of chisel and casting is some 100 us).
+        /// Upper edge of the band for `mode_tolerance`: the frequencies that contacts excite (a contact of chisel and casting lasts some
+        /// 100 us).
         pub mode_band_hz: f64 = 5000.0, "Hz", [> 0], "assumed";
         /// Fixed-interface modes of the Craig-Bampton basis are kept up to this frequency.
         pub fixed_interface_cutoff_hz: f64 = 3000.0, "Hz", [> 0], "20000 where modes of the built-in station are selected, 6000 in a draft";
@@ -111,9 +112,9 @@ pub enum SourceName {
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum Housings {
-    /// Rigid masses are added to the machine at the mounts.
+    /// Add rigid masses to the machine at the mounts.
     #[default]
     Add,
-    /// The machine as given already contains them.
+    /// The given machine already contains them.
     Included,
 }

@@ -1,5 +1,5 @@
-//! A scene: all that one row of a study needs, as plain data in SI units. No files, no matrices, no defaults hidden. Beside it stand
-//! the tables of a study whose parameters are declared here: solver, outputs, machine.
+//! A scene: all data of one row of a study, as plain data in SI units, without files, matrices and hidden defaults. Also the tables of a
+//! study whose parameters are declared here: solver, outputs, machine.
 
 mod links;
 mod machine;

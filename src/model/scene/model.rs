@@ -31,7 +31,7 @@ parameters! { file
     }
 }
 
-/// Where a hammer is mounted: a weighted set of interface points (one, or two neighbours of a rail).
+/// Mount of a hammer: a weighted set of interface points (one, or two neighbours of a rail).
 ///
 /// The same weights carry mass, force and motion, so the receptance stays symmetric.
 #[derive(Debug, Clone, Default, PartialEq, Serialize)]
@@ -41,7 +41,7 @@ pub struct Mount {
 }
 
 impl Mount {
-    /// Its position x, y, z in m: the weighted mean of those of its points; `None` if `position_of` does not know one.
+    /// Position x, y, z in m: the weighted mean of its points. `None` if `position_of` does not know one.
     pub fn position_m(&self, position_of: impl Fn(&str) -> Option<[f64; 3]>) -> Option<[f64; 3]> {
         let mut mean = [0.0; 3];
         for (name, weight) in &self.points {
@@ -76,12 +76,12 @@ parameters! {
 const BAR_PA: f64 = 1e5;
 
 impl Supply {
-    /// Its absolute pressure in Pa.
+    /// Absolute pressure in Pa.
     pub fn pressure_pa(self, environment: &Environment) -> f64 {
         environment.ambient_pressure_pa + BAR_PA * self.supply_bar
     }
 
-    /// That of a hammer.
+    /// Supply of a hammer.
     pub fn of(hammer: &HammerUnit, environment: &Environment) -> Self {
         Self { supply_bar: (hammer.supply_pressure_pa - environment.ambient_pressure_pa) / BAR_PA }
     }
@@ -94,11 +94,11 @@ parameters! {
         own {
             /// Name as in the study.
             pub name: String,
-            /// Its parameters, overrides applied.
+            /// Parameters, with overrides.
             pub parameters: HammerParameters,
             /// Supply pressure, absolute, in Pa; see [`Supply`].
             pub supply_pressure_pa: f64,
-            /// Its place on the machine.
+            /// Place on the machine.
             pub mount: Mount,
             /// Index of the casting that it strikes.
             pub casting: usize,
@@ -127,9 +127,9 @@ parameters! {
         pub standoff_m: f64 = 0.085, "m", [>= 0] usual [0, 0.5], "the paper's rig";
         /// Time `t_on` at which the supply is switched on.
         pub start_time_s: f64 = 0.002, "s", [>= 0] usual [0, 60], "the paper's rig";
-        /// Times, in ascending order after the start, at which the supply is switched off, on again, off, and so on. While it is
-        /// off the supply line is vented: its pressure is the ambient one, and the percussion stops; on again, the hammer starts
-        /// anew, its percussion `tau_gate` after the next contact. Empty: on for good.
+        /// Times, in ascending order after the start, at which the supply is switched off, on again, off, and so on. While it is off the
+        /// supply line is vented: its pressure is the ambient one, and the percussion stops; When it is on again, the hammer starts from
+        /// the beginning, with percussion `tau_gate` after the next contact. Empty: on for good.
         pub supply_switch_times_s: Vec<f64> = Vec::new(), "s", [finite] usual [0, 100], "on for good";
         /// Time `tau_gate` from the first chisel-casting contact to the start of the percussion.
         pub gate_delay_s: f64 = 0.020, "s", [>= 0] usual [0, 1], "the paper's rig";
@@ -152,7 +152,7 @@ parameters! { file
             #[serde(skip_serializing_if = "Vec::is_empty")]
             pub signals: Vec<String>,
             /// Further interface points of the structure, whose vertical motion is among the signals, e.g. `point_R3_velocity_m_s`.
-            /// The reduction keeps them and the selection of modes heeds them: a row's other values change by less than the
+            /// The reduction keeps them and the selection of modes considers them: a row's other values change by less than the
             /// tolerances of both allow. Default: none.
             #[serde(skip_serializing_if = "Vec::is_empty")]
             pub points: Vec<String>,
@@ -176,7 +176,7 @@ parameters! { file
         /// Least time from the end of a chisel-casting contact to the start of the next for which they count as two; 0: each
         /// interval of positive force counts. Shorter gaps are chatter, whose number depends on the tolerance.
         pub contact_separation_s: f64 = 5e-5, "s", [>= 0] usual [0, 0.01], "measured, see `decore help outputs`";
-        /// Number of struck blows of each stroke taken as settling.
+        /// Number of struck blows at the start of each stroke that count as settling.
         pub settling_blows: usize = 5, "1", [0 ..], "definition";
         /// Root mean square of the differences of blow energies, of intervals and of works a period apart, relative to their mean, up
         /// to which a percussion is periodic; of works three times as much, and relative to at least a tenth of the mean energy. Also
@@ -217,11 +217,11 @@ parameters! { file
 }
 
 parameters! {
-    /// All that one run needs besides the reduced structure.
+    /// All data of one run except the reduced structure.
     #[derive(Debug, Clone, PartialEq)]
     pub struct Scene {
         own {
-            /// Index of the machine among the study's further ones; `None`: that of its table `[structure]`.
+            /// Index among the study's further machines; `None`: the machine of the table `[structure]`.
             pub machine: Option<usize>,
             /// Gas, surroundings and gravity.
             pub environment: Environment,
@@ -240,7 +240,7 @@ parameters! {
 }
 
 impl Scene {
-    /// Whether the hammers' guides are tied to their mounts, when `guide` is asked for.
+    /// Whether the hammers' guides are tied to their mounts, when `guide` is requested.
     pub fn ties(&self, guide: Guide) -> bool {
         match guide {
             Guide::Tied => true,

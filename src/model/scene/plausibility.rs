@@ -1,11 +1,11 @@
-//! What about a scene's values is possible but unlikely: slips of units, a fixture on a hammer's mount, a contact without sense.
+//! Possible but unlikely values of a scene: wrong units, a fixture on a hammer's mount, an unusual contact.
 
 use crate::parameter::{Fault, Parameters};
 
 use super::model::{Scene, Supply};
 
 impl Scene {
-    /// Remarks about what is not as usual, by paths in a study; it keeps no scene from being run.
+    /// Remarks on unusual values, by paths in a study. They do not prevent a run.
     pub fn remarks(&self) -> Vec<Fault> {
         let mut remarks = Vec::new();
         self.unusual("", &mut remarks);
@@ -33,7 +33,7 @@ impl Scene {
         remarks
     }
 
-    /// What is said of a fixture on a point that carries a hammer.
+    /// Remark on a fixture on a point that carries a hammer.
     fn on_a_mount(&self, point: &str) -> Option<String> {
         let carries = |(carrier, _): &(String, f64)| carrier == point;
         let hammer = self.hammers.iter().find(|hammer| hammer.mount.points.iter().any(carries))?;

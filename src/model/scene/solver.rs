@@ -9,21 +9,21 @@ use crate::parameter::{Choice, parameters};
 use decore_quantity::named;
 
 named! {
-    /// How the housing guide is modelled.
+    /// Model of the housing guide.
     #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize, JsonSchema)]
     pub enum Guide {
-        /// Tied if each hammer's guide is rigid beside its contacts (`HammerParameters::guide_is_rigid`), else on springs.
+        /// Tied if each hammer's guide is rigid compared with its contacts (`HammerParameters::guide_is_rigid`), otherwise on springs.
         #[default]
         Automatic = "automatic",
-        /// A body of its own on its stiff spring (the model as published).
+        /// A separate body on its stiff spring (the published model).
         Spring = "spring",
-        /// Tied rigidly to the mount: its mass moves with the mount's own motion.
+        /// Tied rigidly to the mount: its mass moves with the mount.
         Tied = "tied",
     }
 }
 
 named! {
-    /// Which rows are run a second time with better numerics, to measure their numerical error.
+    /// Rows with a second run with better numerics, to measure their numerical error.
     #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize)]
     pub enum NumericalTwin {
         /// Row 0 of a design and one row of every further hundred, drawn by the seed.
@@ -75,7 +75,7 @@ impl Choice for Method {}
 impl Choice for ModeTreatment {}
 
 named! {
-    /// How the structure's modes take part in the integration.
+    /// Treatment of the structure's modes in the integration.
     #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize, JsonSchema)]
     pub enum ModeTreatment {
         /// Condensed or integrated, whichever costs less in the scene.
@@ -83,13 +83,13 @@ named! {
         Automatic = "automatic",
         /// Two states per mode, integrated with all others.
         Integrated = "integrated",
-        /// Propagated exactly, seen by the others through the interface points only: no states per mode.
+        /// Propagated exactly, and coupled to the rest only through the interface points: no states per mode.
         Condensed = "condensed",
     }
 }
 
 named! {
-    /// Preset of accuracy: sets `guide`, `tolerance` and how modes are selected. On the paper's rig `draft` keeps energies and frequency
+    /// Preset of accuracy: sets `guide`, `tolerance` and the selection of modes. On the paper's rig `draft` keeps energies and frequency
     /// within 1e-4, `standard` within 1e-5, `reference` within 1e-6 of the whole structure's.
     #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize, JsonSchema)]
     pub enum Fidelity {
@@ -103,10 +103,10 @@ named! {
     }
 }
 
-/// What a preset sets.
+/// Settings of a preset.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Preset {
-    /// Which one.
+    /// Name of the preset.
     pub fidelity: Fidelity,
     /// Tolerance of the integration; see [`Preset::tolerance_for`].
     pub tolerance: f64,
@@ -114,8 +114,8 @@ pub struct Preset {
     pub guide: Guide,
     /// Error of receptances for which modes are selected; see `structure.mode_tolerance`.
     pub mode_tolerance: f64,
-    /// Fixed-interface modes of the built-in station from which modes are selected, up to this frequency in Hz. Beside 20 kHz, on
-    /// the paper's rig, 6 kHz move the casting's peak velocity by 4e-4, and modes of a placement take a fifth of the time.
+    /// Upper frequency in Hz of the built-in station's fixed-interface modes for the selection. Compared with 20 kHz, on the paper's rig, 6
+    /// kHz change the casting's peak velocity by 4e-4, and modes of a placement take a fifth of the time.
     pub station_basis_hz: f64,
 }
 
@@ -142,11 +142,11 @@ const REFERENCE: Preset = Preset {
     station_basis_hz: 20_000.0,
 };
 
-/// Factor on a preset's tolerance where a chisel goes on bouncing ([`HammerParameters::chisel_chatters`]).
+/// Factor on a preset's tolerance where a chisel keeps bouncing ([`HammerParameters::chisel_chatters`]).
 ///
-/// Bounces of micrometres are small beside the scale of a position, and what a step errs by then is a large part of them. Over random
-/// scenes with Hunt-Crossley between piston and chisel the first impact's energy errs by 2e-4 at the tolerance of `standard`, by 6e-6 at a
-/// hundredth of it, for 2.2 times the steps.
+/// Bounces of micrometres are small compared with the scale of a position, so the error of a step is a large part of them. Over random
+/// scenes with Hunt-Crossley between piston and chisel, the error of the first impact's energy is 2e-4 at the tolerance of `standard`, and
+/// 6e-6 at a hundredth of it, with 2.2 times as many steps.
 const CHATTER_TIGHTENING: f64 = 0.01;
 
 /// All presets; the tests hold them to their promises.
@@ -159,7 +159,7 @@ impl Preset {
         if chatters { self.tolerance * CHATTER_TIGHTENING } else { self.tolerance }
     }
 
-    /// What a preset sets.
+    /// Settings of a preset.
     pub const fn of(fidelity: Fidelity) -> Self {
         match fidelity {
             Fidelity::Draft => DRAFT,
@@ -174,11 +174,11 @@ parameters! {
     #[derive(Copy, Serialize)]
     pub struct SolverSettings from SolverEntry {
         own {
-            /// Preset behind the other values, whose promises the row is held to.
+            /// Preset of the other values; its promises apply to the row.
             pub fidelity: Fidelity,
         }
         typed {
-            /// Preset that the other keys override, those of `[structure]` for modes too, which all rows share. Default `standard`.
+            /// Preset. The other keys override it, also the keys of `[structure]` for modes, which all rows share. Default `standard`.
             #[serde(skip_serializing_if = "Option::is_none")]
             pub fidelity: Option<Fidelity>,
         }
@@ -190,13 +190,13 @@ parameters! {
         pub method: Method = Method::Tsit5, "", [choice], "`tsit5`";
         /// Step of methods with a fixed step.
         pub step_s: f64 = 1e-5, "s", [> 0] usual [1e-8, 1e-3], "for comparison";
-        /// Whether methods with a fixed step locate contacts, supplies and gates instead of noticing them at the ends of steps.
+        /// Whether methods with a fixed step locate contacts, supplies and gates, instead of switching at the ends of steps.
         pub located: bool = false, "", [choice], "false";
-        /// How modes are integrated: the results are the same to within the tolerance.
+        /// Integration of modes; the results agree within the tolerance.
         pub modes: ModeTreatment = ModeTreatment::Automatic, "", [choice], "`automatic`; `integrated` at a fixed step";
-        /// Steps after which a row is given up, with status `budget_exhausted`.
+        /// Largest number of steps. A row that needs more ends with status `budget_exhausted`.
         pub max_steps: u64 = 20_000_000, "1", [1 ..], "far beyond a sound row";
-        /// Wall time after which a row is given up, with status `budget_exhausted`.
+        /// Largest wall time. A row that needs more ends with status `budget_exhausted`.
         pub max_wall_time_s: f64 = 600.0, "s", [> 0], "far beyond a sound row";
     }
 }

@@ -1,4 +1,4 @@
-//! Strike of a chisel on its casting, from the inputs alone: mass, largest speed, contacts that are too soft or too damped.
+//! Strike of a chisel on its casting, from the inputs alone: mass, largest speed, and contacts that are too soft or too damped.
 
 use std::f64::consts::PI;
 

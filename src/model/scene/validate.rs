@@ -1,4 +1,4 @@
-//! Checks of a scene's values: every quantity finite and in its physical range, castings held, no hammer beside its casting.
+//! Checks of a scene's values: all quantities finite and in range, castings held, every hammer above its casting.
 
 use crate::hammer::HammerParameters;
 use std::f64::consts::TAU;
@@ -10,17 +10,17 @@ use super::links::PartId;
 use super::model::{HammerUnit, Scene, Supply};
 use super::solver::{ModeTreatment, SolverSettings};
 
-/// Simulated time in s for which a fixture is judged too stiff: of a longer one, the time itself is what takes the steps.
+/// Simulated time in s for the check of stiff fixtures. In longer runs, the time itself takes the steps.
 const LONGEST_JUDGED_S: f64 = 100.0;
 
-/// What kind of fault a problem is.
+/// Kind of a problem.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum SceneProblemKind {
     /// A value is outside its range.
     Value,
     /// A casting lacks its inertia or is not held by its fixtures.
     Restraint,
-    /// A hammer would strike beside its casting.
+    /// A hammer would miss its casting.
     Miss,
 }
 
@@ -31,7 +31,7 @@ pub struct SceneProblem {
     pub kind: SceneProblemKind,
     /// The offending quantity by its path in a study, e.g. `casting.part.mass_kg`.
     pub path: String,
-    /// What is wrong and what was expected.
+    /// The fault and the expected value.
     pub message: String,
 }
 
@@ -120,7 +120,7 @@ impl Scene {
                 checks.push(SceneProblemKind::Value, format!("{prefix}.stiffness_n_per_m"), message);
             }
         }
-        // Only a casting with sound values that every hammer hits says something about its restraint.
+        // Check the restraint only of a casting with valid values that every hammer hits.
         let missed = self.hammers.iter().any(|hammer| hammer.casting == index && misses(hammer, casting));
         if checks.problems.len() == before
             && !missed
@@ -134,7 +134,7 @@ impl Scene {
         }
     }
 
-    /// What is said of a fixture on which its casting swings too fast for any budget of steps.
+    /// Message for a fixture on which its casting swings too fast for any budget of steps.
     ///
     /// The coupled system has no lower highest frequency than the casting on this fixture alone, on a machine at rest (Rayleigh):
     /// `f = sqrt(k / m) / (2 pi)`, and no explicit step is longer than a period.

@@ -1,9 +1,9 @@
 //! Balance of forces under rigid motions.
 //!
-//! A rigid motion strains nothing, so `K r` is 0 but where springs hold the machine. Wrong labels, places or units of rotations make it
-//! large in most rows. Nastran's GROUNDCHECK looks at the same product.
+//! A rigid motion strains nothing, so `K r` is 0 except where springs hold the machine. Wrong labels, positions or units of rotations
+//! make it large in most rows. Nastran's GROUNDCHECK computes the same product.
 //!
-//! A rotation is taken about each row's own node: then no force cancels that a distant origin has made large.
+//! A rotation is taken about each row's own node: a distant origin would cause large forces that cancel.
 
 use std::collections::BTreeMap;
 
@@ -15,7 +15,7 @@ use super::model::FeModel;
 /// A row is out of balance if the forces of a motion leave this share of the sum of their magnitudes.
 const OUT: f64 = 0.05;
 
-/// How the rows of a stiffness are balanced.
+/// Balance of the rows of a stiffness.
 #[derive(Debug, Clone, PartialEq)]
 pub(super) struct Balance {
     /// One entry per row: whether it is out of balance. `None` for a row that the motions do not load.
@@ -59,7 +59,7 @@ pub(super) fn under_motions(stiffness: &CsMat<f64>, motions: &DMatrix<f64>) -> B
     Balance { out: stiffness.outer_iterator().enumerate().map(row).collect() }
 }
 
-/// What a rigid rotation is in a row.
+/// Motion of a row under a rigid rotation.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) enum Rotated {
     /// Displacement along an axis of a node at this place in m.
@@ -72,7 +72,7 @@ pub(super) enum Rotated {
     Unknown,
 }
 
-/// What each row is under rotation, by directions of rows and places of nodes.
+/// Motion of each row under rotation, from the directions of rows and the places of nodes.
 pub(super) fn rotated(model: &FeModel, directions: &[Option<usize>], places: &BTreeMap<i64, [f64; 3]>) -> Vec<Rotated> {
     let row = |(row, direction): (usize, &Option<usize>)| match *direction {
         Some(axis @ 3..) => Rotated::Angle(axis - 3),
@@ -85,7 +85,7 @@ pub(super) fn rotated(model: &FeModel, directions: &[Option<usize>], places: &BT
     directions.iter().enumerate().map(row).collect()
 }
 
-/// How rotations load the rows.
+/// Loads of the rows by rotations.
 #[derive(Debug, Clone, PartialEq)]
 pub(super) struct Turned {
     pub balance: Balance,

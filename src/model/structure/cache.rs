@@ -1,9 +1,9 @@
-//! Reductions kept beside their source.
+//! Cache of reductions next to their source.
 //!
-//! A reduction depends on the bytes of its files and on the settings. The settings (and this program's version) give the
-//! name of the cache file in the folder `.decore-cache` beside the stiffness, the bytes a hash in its head: a change of the
-//! files makes it stale, a wrong checksum damaged, and both are computed anew, which [`CacheOutcome::note`] says. A cache that
-//! cannot be written is no error.
+//! A reduction depends on the bytes of its files and on the settings. The name of the cache file contains a hash of the settings and the
+//! program's version; its folder `.decore-cache` is next to the stiffness file. Its header contains a hash of the files. Changed files
+//! make it stale, a wrong checksum damaged; both are computed again, and [`CacheOutcome::note`] reports it. If the cache cannot be
+//! written, there is no error.
 
 use std::borrow::Cow;
 use std::fs;
@@ -27,7 +27,7 @@ pub const CACHE_FOLDER: &str = ".decore-cache";
 const MAGIC: &[u8; 16] = b"decore-reduced-6";
 const HASH: usize = 32;
 
-/// Where a reduction came from.
+/// Origin of a reduction.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub enum CacheOutcome {
     /// Computed; no cache was wanted.
@@ -45,13 +45,15 @@ pub enum CacheOutcome {
 }
 
 impl CacheOutcome {
-    /// What a user should know of it, in a line; `path`: the cache's, see [`cache_path`].
+    /// Note for the user in one line; `path`: the file of the cache, see [`cache_path`].
     pub fn note(&self, path: &Path) -> Option<String> {
         let path = path.display();
         match self {
             Self::Off | Self::Used | Self::Stored => None,
-            Self::Stale => Some(format!("{path} was made from other files: the machine was reduced anew")),
-            Self::Damaged => Some(format!("{path} is damaged or no reduced machine: the machine was reduced anew")),
+            Self::Stale => Some(format!("{path} belongs to other files: the machine was reduced again")),
+            Self::Damaged => {
+                Some(format!("{path} is damaged, or not a reduced machine: the machine was reduced again"))
+            }
             Self::NotStored(reason) => {
                 Some(format!("the reduced machine could not be kept for the next run: {reason}"))
             }
@@ -131,7 +133,7 @@ fn content_hash(files: &ModelFiles) -> Result<[u8; HASH], StructureError> {
     Ok(*all.finalize().as_bytes())
 }
 
-/// What a cache holds, in the format of postcard; matrices column by column.
+/// Contents of a cache, in the format of postcard; matrices column by column.
 #[derive(Serialize, Deserialize)]
 struct CachedReduction<'a> {
     /// Reduced coordinates, and rows of the interface displacement.
@@ -161,7 +163,7 @@ impl<'a> CachedReduction<'a> {
         }
     }
 
-    /// The structure; `None` where its parts do not fit together or are no reduction.
+    /// The structure; `None` if its parts do not fit together or are not a reduction.
     fn into_structure(self, points: InterfacePoints) -> Option<ReducedStructure> {
         let Self { n_z, n_b, .. } = self;
         let matrix = |rows: usize, values: Cow<'_, [f64]>| {
@@ -181,14 +183,14 @@ impl<'a> CachedReduction<'a> {
     }
 }
 
-/// The bytes of a cache file: [`MAGIC`], the hash of the content, what is kept, the hash of all that.
+/// Bytes of a cache file: [`MAGIC`], the hash of the content, the reduction, the hash of all.
 fn to_bytes(content: &[u8; HASH], kept: &CachedReduction<'_>) -> postcard::Result<Vec<u8>> {
     let mut bytes = postcard::to_extend(kept, [MAGIC.as_slice(), content].concat())?;
     bytes.extend_from_slice(blake3::hash(&bytes).as_bytes());
     Ok(bytes)
 }
 
-/// What a cache file holds and the hash of the content that it was made from; `None` for bytes that are no whole cache.
+/// Reads a cache file and the hash of its source. `None` if the bytes are not a complete cache.
 fn from_bytes(bytes: &[u8]) -> Option<([u8; HASH], CachedReduction<'static>)> {
     let (sealed, checksum) = bytes.split_last_chunk::<HASH>()?;
     if checksum != blake3::hash(sealed).as_bytes() {
@@ -252,7 +254,7 @@ mod tests {
         );
         assert_eq!(structure.remarks(), ["odd"]);
         let row = |row: usize| vec![(InterfaceDof { point: "A".to_owned(), dof: 2 }, row)];
-        // Sizes whose product wraps round to that of no entries at all.
+        // Sizes whose product overflows to 0 entries.
         let huge = 1 << (usize::BITS / 2);
         let none = || Cow::Owned(Vec::new());
         for other in [

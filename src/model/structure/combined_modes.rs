@@ -1,4 +1,4 @@
-//! Modes that stand for many: as few as there are rows, with the same static flexibility and the same mass there.
+//! Combined modes: as few modes as rows, with the same static flexibility and the same mass as many.
 //!
 //! With `R = sum phi phi' / omega^2` and `A = sum phi phi'` over the many, the eigenproblem `R u = lambda A u` has one mode
 //! `psi = A u`, `omega = 1 / sqrt(lambda)` per independent row, with `sum psi psi' = A` and `sum psi psi' / omega^2 = R`.
@@ -8,7 +8,7 @@ use nalgebra::{DMatrix, SymmetricEigen};
 /// Share of the largest eigenvalue of A below which a combination of rows counts as one that none of the many moves.
 const RANK: f64 = 1e-12;
 
-/// What modes are to some rows, all together.
+/// Sums over modes for some rows.
 #[derive(Debug, Clone)]
 pub(super) struct ModeSums {
     /// `A = sum phi phi'` (rows x rows), 1/kg.
@@ -29,8 +29,8 @@ pub(super) struct CombinedModes {
 }
 
 impl ModeSums {
-    /// The modes that stand for these; none where nothing moves. The circular frequencies of all of these lie between the least and the
-    /// most of `range_rad_s`, so that rounding of what is hardly moved or hardly gives way cannot lead beyond.
+    /// Returns modes that replace these; none if nothing moves. Their circular frequencies are limited to `range_rad_s`, the range of these
+    /// modes, because rows that hardly move or yield have rounding errors.
     pub fn standing(self, range_rad_s: [f64; 2]) -> CombinedModes {
         let rows = self.mass.nrows();
         let mass = SymmetricEigen::new(self.mass);

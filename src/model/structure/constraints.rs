@@ -1,4 +1,4 @@
-//! Rows that are no degrees of freedom: Lagrange multipliers, and rows that a program held by a diagonal of 1.
+//! Rows that are not degrees of freedom: Lagrange multipliers, and rows held with a diagonal of 1.
 //!
 //! A model with multipliers l has the stiffness `[K C'; C -B]` and no mass in the rows of l. Stationary in l means `C u = B l`. Along the
 //! null space N of B that is a constraint `N' C u = 0`; the rest is stiffness, `K + C' B^+ C`. Constraints are solved for as many
@@ -16,7 +16,7 @@ use super::matrices::ModelMatrices;
 const ROUNDING: f64 = 1e-12;
 /// Eigenvalues of B below this share of the largest count as none.
 const NULL: f64 = 1e-9;
-/// A stiffness beside which a diagonal of 1 stands for a row that is held.
+/// Stiffness in comparison with which a diagonal of 1 means a held row.
 const STIFF: f64 = 1e3;
 /// Multipliers that are coupled to each other are solved as one dense block of at most so many rows.
 const MOST_COUPLED: usize = 500;
@@ -24,7 +24,7 @@ const MOST_COUPLED: usize = 500;
 /// Coefficients of a constraint by row.
 type Constraint = BTreeMap<usize, f64>;
 
-/// Makes multipliers and held rows empty. Returns what was done, in sentences. `kept`: rows that must not follow others.
+/// Empties multipliers and held rows. Returns the changes, in sentences. `kept`: rows that must not follow others.
 ///
 /// # Errors
 /// In words: multipliers whose own stiffness cannot be made out.
@@ -97,7 +97,7 @@ fn multipliers(matrices: &ModelMatrices) -> BTreeSet<usize> {
     (0..stiffness.rows()).filter(is_one).collect()
 }
 
-/// The constraints that multipliers stand for, and what stiffness the others add.
+/// Constraints of the multipliers, and the stiffness of the others.
 fn constraints(stiffness: &CsMat<f64>, multipliers: &BTreeSet<usize>) -> Result<(Vec<Constraint>, CsMat<f64>), String> {
     let mut out = Vec::new();
     let mut stiffening = TriMat::new(stiffness.shape());

@@ -8,7 +8,7 @@ use csv::{Reader, ReaderBuilder, StringRecord, Trim};
 use super::error::{FileFault, StructureError};
 use decore_files::Limit;
 
-/// A table as text, with what is needed to name a fault.
+/// A table as text, with the data for error messages.
 pub(super) struct CsvTable {
     pub file: String,
     pub header: Vec<String>,
@@ -32,7 +32,7 @@ fn line_of<R: Read>(reader: &Reader<R>) -> usize {
 impl CsvTable {
     pub fn parse(file: &str, text: &str) -> Result<Self, StructureError> {
         let fault = |line, reason: String| FileFault { file: file.to_owned(), line, reason };
-        // Every line with one end of one character: the reader's place tells its number.
+        // Every line ends with a single character, so that the reader's position gives its number.
         let text = format!("{}\n", text.trim_start_matches('\u{feff}').replace("\r\n", "\n"));
         let head = text.lines().map(str::trim).find(|line| !line.is_empty() && !line.starts_with('#')).unwrap_or("");
         // Spreadsheets of many countries write a decimal comma, and semicolons between fields.
@@ -96,7 +96,7 @@ impl CsvTable {
         })
     }
 
-    /// A field by its own rule; `expected` says which.
+    /// Reads a field with its own rule; `expected` describes the rule.
     pub fn field<T>(
         &self,
         row: usize,

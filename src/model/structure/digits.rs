@@ -1,7 +1,7 @@
-//! Stiffnesses that were written with few digits.
+//! Detects stiffnesses with few digits.
 //!
-//! The entries of a stiffness cancel: a machine on soft springs needs the last digits of its stiff elements. With six of them the lowest
-//! frequencies are off by percents.
+//! The entries of a stiffness cancel: a machine on soft springs needs the last digits of its stiff elements. With six digits the lowest
+//! frequencies are wrong by percents.
 
 use std::collections::BTreeSet;
 
@@ -9,18 +9,18 @@ use sprs::CsMat;
 
 /// Entries that are looked at.
 const SAMPLE: usize = 2000;
-/// Fewest different values that tell.
+/// Fewest different values for a conclusion.
 const LEAST_VALUES: usize = 30;
-/// Digits up to which a stiffness is said to have few.
+/// Largest number of digits for a warning.
 const FEW: usize = 8;
-/// Fewest digits that tell: round numbers of a model made by hand have less.
+/// Fewest digits for a warning: round numbers of a handmade model have fewer.
 const LEAST: usize = 4;
 /// Least share of the values that has as many digits as any: the last one of nine in ten is not 0, but a model also has round values.
 const FULL_SHARE: f64 = 0.2;
 /// A conversion of units may have changed the last bits.
 const SAME: f64 = 4.0 * f64::EPSILON;
 
-/// What is to be said of few digits.
+/// Remark on matrices with few digits.
 pub(super) fn remark(stiffness: &CsMat<f64>) -> Option<String> {
     let data = stiffness.data();
     let step = data.len().div_ceil(SAMPLE).max(1);
@@ -50,7 +50,7 @@ fn digits(value: f64) -> Option<usize> {
         let text = format!("{value:.*e}", *count - 1);
         text.parse::<f64>().is_ok_and(|short| (short - value).abs() <= SAME * value)
     };
-    // What is short with a number of digits is so with more; hardly any value is.
+    // A value that is short with some digits is short with more; hardly any value is.
     short(&FEW).then(|| (1..FEW).find(short).unwrap_or(FEW))
 }
 

@@ -50,23 +50,23 @@ pub const LOCAL_HZ: f64 = 10_000.0;
 const STEP: &str = "modes of the casting";
 const ADVICE: &str = "check units and signs of the casting's matrices";
 
-/// How an elastic casting is modelled.
+/// Settings of an elastic casting.
 #[derive(Debug, Clone, PartialEq)]
 pub struct ElasticSettings {
     /// Modes below this frequency are kept, in Hz.
     pub cutoff_hz: f64,
     /// Damping of the elastic modes; a list starts at the first of them.
     pub damping: Damping,
-    /// Radius in m of the areas that stand for points.
+    /// Radius in m of the points' areas.
     pub point_radius_m: f64,
 }
 
 /// Side of a casting.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Side {
-    /// Its upper surface, which hammers strike.
+    /// Upper surface, which hammers strike.
     Top,
-    /// Its lower surface, which fixtures hold.
+    /// Lower surface, which fixtures hold.
     Bottom,
 }
 
@@ -223,7 +223,7 @@ impl ElasticBody {
         let highest = self.highest(&forces, driven)?;
         let known = multiply_transposed(&forces, &self.below).step(STEP, ADVICE)?;
         let first = known.ncols() - self.elastic_rad_s.len();
-        // What the known modes from a place on add to the flexibility of those that are not known.
+        // Contribution of the known modes from an index on to the flexibility of the unknown ones.
         let and_modes = |from: usize| {
             let shares = known.columns_range(first + from..).into_owned();
             let scale = self.elastic_rad_s[from..].iter().map(|omega| omega.powi(-2));
@@ -259,7 +259,7 @@ impl ElasticBody {
         for _ in 0..REFINEMENTS {
             let mut next = &acting + self.shift * self.mass_times(&solution);
             self.factor.solve(&mut next).step(STEP, ADVICE)?;
-            // What rounding left along the modes below the cut-off.
+            // Remove rounding errors along the modes below the cut-off.
             let leak = multiply_transposed(&self.below_inertia, &next).step(STEP, ADVICE)?;
             solution = next - product(&self.below, &leak)?;
         }
@@ -346,7 +346,7 @@ impl ElasticBody {
     }
 }
 
-/// The six rigid motions by labels and coordinates, mass-normalised; `None` where the stiffness resists them. They are exact where an
+/// The six rigid motions by labels and coordinates, mass-normalised; `None` if the stiffness resists them. They are exact where an
 /// eigensolver finds them to the rounding of the stiffness only.
 fn rigid_motions(model: &FeModel, centre: [f64; 3], rows: &[u32]) -> Option<DMatrix<f64>> {
     let mut motions = DMatrix::zeros(model.order(), 6);

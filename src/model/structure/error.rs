@@ -1,4 +1,4 @@
-//! What can go wrong between a file and its modes.
+//! Errors between a file and its modes.
 
 use thiserror::Error;
 
@@ -12,7 +12,7 @@ pub struct FileFault {
     pub file: String,
     /// Line, counted from 1.
     pub line: usize,
-    /// What was found and what was expected.
+    /// Found and expected contents.
     pub reason: String,
 }
 
@@ -35,7 +35,7 @@ pub enum StructureError {
         /// The system's reason.
         reason: String,
     },
-    /// A line that does not say what it should, or is missing.
+    /// A wrong or missing line.
     #[error(transparent)]
     Line(#[from] FileFault),
     /// A matrix as a whole that cannot be a mass or stiffness.
@@ -43,13 +43,13 @@ pub enum StructureError {
     Matrix {
         /// The file as it was named, or `mass`/`stiffness` of a model built in memory.
         file: String,
-        /// What is wrong and what was expected.
+        /// The fault and the expected value.
         reason: String,
     },
     /// A name that the table of interface points does not have.
     #[error("unknown interface point \"{name}\"{}", suggestion(nearest))]
     UnknownPoint {
-        /// The name asked for.
+        /// Requested name.
         name: String,
         /// The nearest known name.
         nearest: Option<String>,
@@ -59,9 +59,9 @@ pub enum StructureError {
         "interface point \"{point}\": direction {dof} is not in the reduced structure (kept: {kept}); add it to the interface"
     )]
     DofNotKept {
-        /// The point asked for.
+        /// Requested point.
         point: String,
-        /// The direction asked for.
+        /// Requested direction.
         dof: String,
         /// The directions that are kept, separated by blanks.
         kept: String,
@@ -71,19 +71,19 @@ pub enum StructureError {
     Argument {
         /// Name of the argument.
         name: String,
-        /// What it must be.
+        /// Expected value.
         expected: String,
-        /// What it is.
+        /// Found value.
         found: String,
     },
     /// A step of linear algebra that failed.
     #[error("{step}: {source}; {advice}")]
     Linalg {
-        /// What was computed.
+        /// Failed step.
         step: &'static str,
-        /// Why it failed.
+        /// Cause.
         source: LinalgError,
-        /// What to do.
+        /// Remedy.
         advice: &'static str,
     },
     /// A direction of an interface point that the model does not have.
@@ -93,9 +93,9 @@ pub enum StructureError {
          hammers' housings are added to the machine (`housings = \"add\"`)"
     )]
     NoSuchDof {
-        /// The point asked for.
+        /// Requested point.
         point: String,
-        /// The direction asked for.
+        /// Requested direction.
         dof: String,
         /// The directions that the model has there, separated by blanks.
         known: String,
@@ -107,9 +107,9 @@ pub enum StructureError {
          hammers' housings are added to the machine (`housings = \"add\"`)"
     )]
     EmptyDof {
-        /// The point asked for.
+        /// Requested point.
         point: String,
-        /// The direction asked for.
+        /// Requested direction.
         dof: String,
         /// Row of the matrices, counted from 1.
         row: usize,
@@ -117,7 +117,7 @@ pub enum StructureError {
     /// No mode lies below the cut-off.
     #[error("no mode below {cutoff_hz} Hz; the lowest lies at {lowest_hz:.4} Hz: raise the cut-off frequency")]
     NoModes {
-        /// The cut-off asked for, in Hz.
+        /// Requested cut-off, in Hz.
         cutoff_hz: f64,
         /// The lowest natural frequency, in Hz.
         lowest_hz: f64,
@@ -149,9 +149,9 @@ pub enum StructureError {
     /// Linear algebra that failed on matrices that look wrong.
     #[error("the matrices look wrong: {remarks} ({source})")]
     LooksWrong {
-        /// What looks wrong, separated by semicolons.
+        /// Doubtful properties, separated by semicolons.
         remarks: String,
-        /// What failed.
+        /// Cause.
         source: Box<StructureError>,
     },
     /// A negative squared frequency: the stiffness is not positive semidefinite.
@@ -173,7 +173,7 @@ impl StructureError {
         Self::Argument { name: name.into(), expected: expected.into(), found: found.to_string() }
     }
 
-    /// The error with what looks wrong about the matrices, where that may be its cause.
+    /// Adds doubtful properties of the matrices to the error, if they may be its cause.
     pub(super) fn with_causes(self, remarks: &[String]) -> Self {
         let may_be = match &self {
             Self::Linalg { source, .. } => !matches!(source, LinalgError::OutOfMemory { .. }),
@@ -190,7 +190,7 @@ impl StructureError {
 /// Advice for errors that the matrices do not cause.
 const MORE_MEMORY: &str = "raise the limit on memory (`ulimit -v`), or use a machine with more";
 
-/// Names the step that failed and what to do about it.
+/// Adds the failed step and a remedy to an error.
 pub(super) trait Step<T> {
     fn step(self, step: &'static str, advice: &'static str) -> Result<T, StructureError>;
 }

@@ -1,4 +1,4 @@
-//! Fixed-interface modes and constraint modes: what the inner DOFs contribute to the reduced structure.
+//! Fixed-interface modes and constraint modes: the contribution of the inner DOFs to the reduced structure.
 
 use std::collections::VecDeque;
 use std::f64::consts::TAU;
@@ -13,7 +13,7 @@ use decore_math::linalg::{
     Below, LinalgError, PencilFactor, PencilModes, SymmetricPencil, modes_below, multiply, multiply_transposed,
 };
 
-/// Times that a limit that cannot be told from an eigenvalue is moved.
+/// Number of times that a limit at an eigenvalue is moved.
 const NUDGES: usize = 4;
 /// Relative step of such a move.
 const NUDGE: f64 = 1e-6;
@@ -27,15 +27,15 @@ const INDEFINITE_INNER: &str = "with the interface held the stiffness is not pos
 const COUNT: &str = "number of fixed-interface modes below the cut-off";
 const INCOMPLETE: &str = "the matrices may be indefinite or badly scaled: check signs and units";
 
-/// What the inner DOFs contribute, in the order of their pencil.
+/// Contribution of the inner DOFs, in the order of their pencil.
 pub(super) struct Inner {
-    /// Squared circular frequencies of the fixed-interface modes, rising; 0 but for rounding for free motions.
+    /// Squared circular frequencies of the fixed-interface modes, rising; 0 except for rounding for free motions.
     pub omega_squared: Vec<f64>,
     /// Mass-normalised fixed-interface modes.
     pub psi: DMatrix<f64>,
     /// Constraint modes `G = -K_oo^-1 K_ob`.
     pub constraint: DMatrix<f64>,
-    /// Shift in 1/s2 that made the inner stiffness regular; 0 where none was needed.
+    /// Shift in 1/s2 that made the inner stiffness regular; 0 if none was needed.
     pub shift: f64,
     /// Columns of the Lanczos basis.
     pub basis: usize,
@@ -141,7 +141,7 @@ pub(super) struct InnerProblem<'a> {
     pub wanted: Wanted,
 }
 
-/// As [`solve_inner`], and what else the factor of `K_oo + shift M_oo` is needed for.
+/// As [`solve_inner`], with further results of the factor of `K_oo + shift M_oo`.
 pub(super) fn solve_inner_and<T>(
     problem: &InnerProblem,
     observer: &mut Observer,
@@ -245,8 +245,8 @@ pub(super) fn count(pencil: &SymmetricPencil, limit: f64) -> Result<usize, Struc
     result.step(COUNT, INDEFINITE_INNER)
 }
 
-/// Modes below the limit. Where their number is not what was counted, the count is repeated a little beside the limit: an
-/// eigenvalue at the limit, or cancellation in the pivots, may have misled it.
+/// Modes below the limit. If their number differs from the count, the count is repeated at a slightly different limit, because an
+/// eigenvalue at the limit or cancellation in the pivots may make it wrong.
 pub(super) fn modes(
     pencil: &SymmetricPencil,
     factor: &PencilFactor,
@@ -286,7 +286,7 @@ fn deflated_constraint_modes(
         for (mut row, &omega_squared) in along.row_iter_mut().zip(&modes.values) {
             row *= if omega_squared > free { omega_squared.recip() } else { 0.0 };
         }
-        // What the solution picked up along the modes does not belong there.
+        // Remove components along the modes.
         let leak = multiply_transposed(&inertia, &correction)?;
         correction += multiply(&modes.vectors, &(along - leak))?;
         g += &correction;

@@ -1,4 +1,4 @@
-//! Rotations of interface points that move nothing.
+//! Rotations of interface points without effect.
 //!
 //! A rigid body of nodes on one line turns about this line without stiffness and without mass. The rotation of its reference node, together
 //! with displacements of a reference node beside the line, is then a null vector of stiffness and mass, and no factorisation exists. The
@@ -18,7 +18,7 @@ use decore_math::linalg::symmetric_eigen;
 /// A motion is idle if it has less than this share of the stiffness and mass of the rotations alone.
 const IDLE: f64 = 1e-12;
 
-/// Makes the rows of idle rotations empty. Returns what was done, in sentences. `points`: name and rows of each point.
+/// Empties the rows of idle rotations. Returns the changes, in sentences. `points`: name and rows of each point.
 pub(super) fn leave_out(matrices: &mut ModelMatrices, points: &[(&str, PointRows)]) -> Vec<String> {
     let mut said = Vec::new();
     for (name, rows) in points {
@@ -58,7 +58,7 @@ fn idle(matrices: &ModelMatrices, rows: &PointRows) -> Option<(usize, &'static s
         DMatrix::from_fn(present.len(), present.len(), |i, j| entry(matrix, present[i].1, present[j].1))
     };
     let (stiffness, mass) = (block(&matrices.stiffness), block(&matrices.mass));
-    // Scaled to a diagonal of 1; what is rounding beside the stiffest rotation stays small.
+    // Scaled to a diagonal of 1, so that rounding errors of the stiffest rotation stay small.
     let scale: Vec<f64> = stiffness.diagonal().iter().map(|value| value.max(IDLE * stiffest).sqrt().recip()).collect();
     let scaled = DMatrix::from_fn(present.len(), present.len(), |i, j| stiffness[(i, j)] * scale[i] * scale[j]);
     let lowest = symmetric_eigen(&scaled).ok()?.vectors.column(0).into_owned();

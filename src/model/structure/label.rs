@@ -1,8 +1,8 @@
-//! What the rows of matrices stand for.
+//! Labels of the rows of matrices.
 
 use std::collections::HashMap;
 
-/// What a row of the matrices stands for.
+/// Meaning of a row of the matrices.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord)]
 pub struct DofLabel {
     /// Number of the node.

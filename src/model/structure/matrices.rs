@@ -4,15 +4,15 @@ use sprs::CsMat;
 
 use super::label::DofLabel;
 
-/// Matrices of a model, both triangles stored, with what their rows stand for where that is known.
+/// Matrices of a model, with both triangles, and the known labels of their rows.
 #[derive(Debug, Clone)]
 pub struct ModelMatrices {
     /// Mass, positive semidefinite.
     pub mass: CsMat<f64>,
     /// Stiffness, positive semidefinite.
     pub stiffness: CsMat<f64>,
-    /// Viscous damping, where the model has one.
+    /// Viscous damping, if the model has one.
     pub damping: Option<CsMat<f64>>,
-    /// One label per row; empty where the rows have none.
+    /// One label per row; empty if the rows have none.
     pub labels: Vec<DofLabel>,
 }

@@ -24,7 +24,8 @@ pub struct ModalTable {
 }
 
 impl ModalTable {
-    /// Reads the normal modes of a universal file (data sets 55), or a CSV table with the columns `mode` (rising whole number), `frequency_hz` (rising), `damping_ratio`, then one
+    /// Reads the normal modes of a universal file (data sets 55), or a CSV table with the columns `mode` (rising whole number),
+    /// `frequency_hz` (rising), `damping_ratio`, then one
     /// column per interface DOF named by point and direction: `R5.z`, `R5.rx`.
     ///
     /// # Errors

@@ -33,15 +33,15 @@ const SAME_PLACE: f64 = 2e-3;
 pub struct FeModel {
     matrices: ModelMatrices,
     points: InterfacePoints,
-    /// Rows of the six DOFs of every point; `None` where the model has no such DOF.
+    /// Rows of the six DOFs of every point; `None` if the model has no such DOF.
     rows: Vec<PointRows>,
-    /// Where nodes are, in m, as far as that is known: from the list of rows and the interface points.
+    /// Known positions of nodes in m: from the list of rows and the interface points.
     positions_m: BTreeMap<i64, [f64; 3]>,
     /// Nodes for which points and list of rows name different places.
     misplaced: Vec<Misplaced>,
-    /// What about the files is to be doubted, one sentence each.
+    /// Doubts about the files, one sentence each.
     doubts: Vec<String>,
-    /// What was done to the matrices, one sentence each.
+    /// Changes to the matrices, one sentence each.
     changes: Vec<String>,
 }
 
@@ -50,9 +50,9 @@ pub struct FeModel {
 pub(super) struct Misplaced {
     /// The node.
     pub node: i64,
-    /// Its place in m by the table of points.
+    /// Position in m from the table of points.
     pub by_points_m: [f64; 3],
-    /// Its place in m by the list of rows.
+    /// Position in m from the list of rows.
     pub by_rows_m: [f64; 3],
 }
 
@@ -126,7 +126,7 @@ impl FeModel {
         Ok(Self { matrices, points, rows, positions_m, misplaced: Vec::new(), doubts: Vec::new(), changes })
     }
 
-    /// Adds where nodes are, in the unit of the matrices' file; what interface points say of theirs comes first.
+    /// Adds positions of nodes, in the unit of the matrices' file. Positions of interface points have priority.
     pub(super) fn with_positions(mut self, positions: BTreeMap<i64, [f64; 3]>, metres: f64) -> Self {
         for (node, place) in positions {
             let place = place.map(|value| metres * value);
@@ -139,18 +139,18 @@ impl FeModel {
         self
     }
 
-    /// Adds what about the files is to be doubted.
+    /// Adds doubts about the files.
     pub(super) fn with_doubts(mut self, doubts: impl IntoIterator<Item = String>) -> Self {
         self.doubts.extend(doubts);
         self
     }
 
-    /// What was done to the matrices: multipliers eliminated, held rows left out.
+    /// Changes to the matrices: eliminated multipliers, held rows left out.
     pub(super) fn changes(&self) -> &[String] {
         &self.changes
     }
 
-    /// What about the files is to be doubted.
+    /// Doubts about the files.
     pub(super) fn doubts(&self) -> &[String] {
         &self.doubts
     }
@@ -170,12 +170,12 @@ impl FeModel {
         &self.matrices.stiffness
     }
 
-    /// The damping matrix, both triangles, where the model has one.
+    /// The damping matrix, both triangles, if the model has one.
     pub fn damping(&self) -> Option<&CsMat<f64>> {
         self.matrices.damping.as_ref()
     }
 
-    /// What the rows stand for; empty where that is not known.
+    /// Labels of the rows; empty if they are not known.
     pub fn labels(&self) -> &[DofLabel] {
         &self.matrices.labels
     }
@@ -210,7 +210,7 @@ impl FeModel {
         entries(&self.matrices.stiffness) || entries(&self.matrices.mass)
     }
 
-    /// Where nodes are, in m, as far as that is known.
+    /// Known positions of nodes in m.
     pub(super) fn positions_m(&self) -> &BTreeMap<i64, [f64; 3]> {
         &self.positions_m
     }
@@ -222,7 +222,7 @@ impl FeModel {
         labelled.chain(self.rows.iter().flat_map(|rows| rows[3..].iter().copied().flatten())).collect()
     }
 
-    /// Mass, stiffness and damping to be changed; what makes a model sound must stay.
+    /// Mass, stiffness and damping for changes; the model must stay valid.
     pub(super) fn matrices_mut(&mut self) -> [Option<&mut CsMat<f64>>; 3] {
         let ModelMatrices { mass, stiffness, damping, .. } = &mut self.matrices;
         [Some(mass), Some(stiffness), damping.as_mut()]
@@ -238,7 +238,7 @@ fn fault(file: &str, reason: String) -> StructureError {
     StructureError::Matrix { file: file.to_owned(), reason }
 }
 
-/// Square, finite, symmetric but for rounding; the mean of mirrored entries is taken.
+/// Square, finite, symmetric except for rounding; the mean of mirrored entries is taken.
 fn sound(file: &str, matrix: CsMat<f64>) -> Result<CsMat<f64>, StructureError> {
     if matrix.rows() != matrix.cols() {
         return Err(fault(file, format!("not square: {} rows, {} columns", matrix.rows(), matrix.cols())));

@@ -1,4 +1,4 @@
-//! The modes that a scene runs on.
+//! Modes of a scene.
 
 use nalgebra::DMatrix;
 
@@ -22,13 +22,13 @@ pub struct ModesAt {
     pub rest: Option<TruncatedModes>,
 }
 
-/// Modes above an edge, of which only is known what they are to the rows together: the last modes stand for them.
+/// Modes above an edge, known only by their sum for the rows; the last modes replace them.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct TruncatedModes {
     /// The first mode that stands for them.
     pub first: usize,
     /// Circular frequency in rad/s above which they are.
     pub edge_rad_s: f64,
-    /// How many they are.
+    /// Number of modes.
     pub count: usize,
 }

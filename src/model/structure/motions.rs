@@ -1,4 +1,4 @@
-//! Rigid motions of a model by the labels of its rows, and the mass that goes with them.
+//! Rigid motions of a model from the labels of its rows, and the mass that they move.
 
 use std::collections::BTreeMap;
 
@@ -36,12 +36,12 @@ pub(super) struct RigidMotions {
     pub centre_m: Result<[f64; 3], (usize, usize)>,
     /// Balance under translations, where it is telling.
     pub translated: Option<Balance>,
-    /// How rotations load the model, where places of nodes are known and it is telling.
+    /// Loads by rotations, if positions of nodes are known and the loads are conclusive.
     pub rotated: Option<Turned>,
 }
 
 impl RigidMotions {
-    /// By the labels of the rows; `None` where there are none.
+    /// By the labels of the rows; `None` if there are none.
     pub fn new(model: &FeModel) -> Option<Self> {
         if model.labels().is_empty() {
             return None;
@@ -66,13 +66,13 @@ impl RigidMotions {
     }
 }
 
-/// Whether a share of rows out of balance tells something: many rows, sparse.
+/// Whether a share of rows out of balance is conclusive: many rows, sparse.
 fn is_telling(stiffness: &CsMat<f64>) -> bool {
     let order = stiffness.rows() as f64;
     stiffness.rows() >= LEAST_ROWS && (stiffness.nnz() as f64) < MOST_FULL * order * order
 }
 
-/// What each row is: displacement 0 to 2, rotation 3 to 5, or neither. Interface points know of rotations that labels call
+/// Direction of each row: displacement 0 to 2, rotation 3 to 5, or neither. Interface points know of rotations that labels call
 /// displacements (rotation nodes).
 fn directions(model: &FeModel) -> Vec<Option<usize>> {
     let mut directions: Vec<Option<usize>> =
@@ -128,7 +128,7 @@ pub(super) fn places_of_distinct(model: &FeModel) -> BTreeMap<i64, [f64; 3]> {
     known.map(|(node, place)| (*node, *place)).collect()
 }
 
-/// Rows that supports load under translations already tell nothing of rotations.
+/// Rows that supports already load under translations are not conclusive for rotations.
 fn rotation_balance(
     model: &FeModel,
     (directions, seeming): (&[Option<usize>], &[bool]),

@@ -1,4 +1,4 @@
-//! Time and memory of the steps of a reduction, for those who ask.
+//! Time and memory of the steps of a reduction.
 
 use std::time::Instant;
 
@@ -7,13 +7,13 @@ use cpu_time::ThreadTime;
 /// One step of a computation.
 #[derive(Debug, Clone, PartialEq, serde::Serialize, schemars::JsonSchema)]
 pub struct StepRecord {
-    /// What was done.
+    /// Name of the step.
     pub name: String,
     /// Wall time in s.
     pub time_s: f64,
-    /// Time of the calling thread on a processor in s, where the system tells it; the work is done on that thread.
+    /// Processor time of the calling thread in s, if the system reports it; the work runs on that thread.
     pub cpu_s: Option<f64>,
-    /// Largest resident memory of the process during the step in bytes, where the system tells it.
+    /// Largest resident memory of the process during the step in bytes, if the system reports it.
     pub peak_bytes: Option<u64>,
 }
 
@@ -69,8 +69,8 @@ fn reset_peak() {
     let _ = std::fs::write("/proc/self/clear_refs", "5");
 }
 
-/// Largest resident memory of the process in bytes since its start or since an active [`Observer`] began its last step, where the
-/// system tells it.
+/// Largest resident memory of the process in bytes since its start, or since an active [`Observer`] began its last step, if the system
+/// reports it.
 pub fn peak_memory_bytes() -> Option<u64> {
     let status = std::fs::read_to_string("/proc/self/status").ok()?;
     let line = status.lines().find_map(|line| line.strip_prefix("VmHWM:"))?;

@@ -1,4 +1,4 @@
-//! The machine's own modes, and those of the machine that carries rigid bodies.
+//! Modes of the machine alone, and of the machine with rigid bodies.
 //!
 //! With `L L' = K_zz + shift M_zz` the own modes come once from `L^-1 M_zz L^-T y = mu y`, `omega^2 = 1/mu - shift`: elastic ones
 //! scaled to `s' K s = 1`, with `nu = 1/omega^2`; rigid-body motions (below 0.01 Hz) scaled to `r' M r = 1`. DOFs without mass have
@@ -28,8 +28,8 @@ use decore_math::linalg::{
 /// not depend on it beyond rounding.
 pub(super) const SHIFT: f64 = TAU * TAU;
 
-/// A mode below this frequency in Hz counts as a rigid-body motion and gets omega = 0: rounding in the matrices does not
-/// let a frequency be told from zero.
+/// A mode below this frequency in Hz counts as a rigid-body motion and gets omega = 0, because rounding in the matrices hides such
+/// frequencies.
 pub(super) const RIGID_BODY_HZ: f64 = 0.01;
 
 /// The same as a squared circular frequency in 1/s2.
@@ -49,7 +49,7 @@ pub(super) struct OwnModes {
     elastic: DMatrix<f64>,
     /// Interface shapes of the rigid-body motions, scaled by mass (n_b x motions).
     rigid: DMatrix<f64>,
-    /// Damping over both, the elastic ones first, where the structure brings its own.
+    /// Damping over both, the elastic ones first, if the structure brings its own.
     damping: Option<DMatrix<f64>>,
 }
 
@@ -84,7 +84,7 @@ impl OwnModes {
         let mut motions = 0;
         for (mut vector, &i) in vectors.column_iter_mut().zip(&falling) {
             let mu = eigen.values[i];
-            // omega^2 / (omega^2 + shift), which is 1 for what has no mass.
+            // omega^2 / (omega^2 + shift), which is 1 for DOFs without mass.
             let stiff = 1.0 - SHIFT * mu.max(0.0);
             let omega_squared = stiff / mu.max(f64::MIN_POSITIVE);
             if omega_squared < -RIGID_BODY {
@@ -170,7 +170,7 @@ impl OwnModes {
         &self.nu
     }
 
-    /// The highest circular frequency in rad/s of what has mass. Bodies make no mode faster.
+    /// Highest circular frequency in rad/s of modes with mass. Bodies make no mode faster.
     pub fn most_rad_s(&self) -> f64 {
         self.nu.iter().rfind(|nu| **nu > 0.0).map_or(0.0, |nu| nu.sqrt().recip())
     }
@@ -181,7 +181,7 @@ impl OwnModes {
     }
 
     /// `sum phi phi'` over all modes with bodies of that mass factor, at some combinations of interface rows: `S (N + U U')^-1 S'`. With
-    /// `N^-1/2 U = Q T` it is `Y Y' + Z (I + T T')^-1 Z'`, `Z = S N^-1/2 Q`, `Y = S N^-1/2 - Z Q'`. `None` where the structure floats or
+    /// `N^-1/2 U = Q T` it is `Y Y' + Z (I + T T')^-1 Z'`, `Z = S N^-1/2 Q`, `Y = S N^-1/2 - Z Q'`. `None` if the structure floats or
     /// a mode has no mass.
     ///
     /// # Errors
@@ -211,7 +211,7 @@ impl OwnModes {
         Ok(Some(&free * free.transpose() + held.tr_mul(&held)))
     }
 
-    /// Shapes of modes at some combinations of interface rows (combinations x modes): those of the own modes there, combined.
+    /// Shapes of modes at combinations of interface rows (combinations x modes), from the own modes' shapes there.
     ///
     /// # Errors
     /// None that a caller could bring about.
@@ -237,7 +237,7 @@ impl OwnModes {
         Ok(Some(rates.zip(&modes.omega_rad_s).map(ratio).collect()))
     }
 
-    /// The lowest frequency of the machine with bodies, in Hz; 0 where it floats.
+    /// The lowest frequency of the machine with bodies, in Hz; 0 if it floats.
     ///
     /// # Errors
     /// As for [`OwnModes::with_bodies`].

@@ -61,8 +61,8 @@ fn interface_row(model: &FeModel, point: &str, dof: usize) -> Result<usize, Stru
     Ok(row)
 }
 
-/// Inner rows: all but those of the interface and those that carry neither mass nor stiffness, as programs leave them for
-/// DOFs that they fixed themselves. Second: the number of the latter.
+/// Inner rows: all except the interface and rows without mass and stiffness, which programs leave for fixed DOFs. Second: the number of
+/// such rows.
 pub(super) fn inner_rows(model: &FeModel, interface: &[usize]) -> (Vec<bool>, usize) {
     let mut kept: Vec<bool> = (0..model.order()).map(|row| model.carries(row)).collect();
     let empty = kept.iter().filter(|kept| !**kept).count();

@@ -1,18 +1,18 @@
-//! Which rows of the matrices belong to which direction of an interface point.
+//! Rows of the matrices for each direction of an interface point.
 //!
-//! Where rows have labels (a list of rows, or a number of DOFs per node), they decide: rows that a table of points claims must
-//! be those of one node, from its x displacement on.
+//! If rows have labels (a list of rows, or a number of DOFs per node), the labels decide: the rows of a point must belong to one node,
+//! starting with its x displacement.
 
 use std::collections::HashMap;
 
 use super::label::{DofLabel, SCALAR};
 use super::points::{DOF_NAMES, InterfacePoint, InterfacePoints, PointPlace};
 
-/// Rows of the six DOFs of a point; `None` where the model has no such DOF.
+/// Rows of the six DOFs of a point; `None` if the model has no such DOF.
 pub(super) type PointRows = [Option<usize>; 6];
 
-/// That the nodes which points name have every direction once. Elsewhere labels may be repeated: CalculiX gives the nodes that it
-/// makes of shells and beams the labels of those that they were made of.
+/// Returns an error if a node of a point has a direction twice. Other labels may repeat: CalculiX gives the nodes that it makes of shells
+/// and beams the labels of the original nodes.
 ///
 /// # Errors
 /// A node of a point with two rows for a direction.
@@ -28,7 +28,9 @@ pub(super) fn require_distinct(labels: &[DofLabel], points: &InterfacePoints) ->
         let Some(name) = named.get(&label.node) else { continue };
         if let Some(other) = seen.insert(*label, row) {
             return Err(format!(
-                "rows {} and {} (counted from 1) both are {}, where point {name} stands: which of them is meant cannot be told. CalculiX repeats the nodes of shells and beams: give the reference node of a *RIGID BODY there instead, or first_row_0based for node",
+                "rows {} and {} (counted from 1) both are {}, the place of point {name}, so the point is ambiguous. \
+                 CalculiX repeats the nodes of shells and beams: give the reference node of a *RIGID BODY there \
+                 instead, or first_row_0based for node",
                 other + 1,
                 row + 1,
                 describe(*label)
@@ -88,13 +90,13 @@ fn rows_of_node(
     Ok(rows)
 }
 
-/// The rows of the matrices: their labels, none where there are no labels, and their number.
+/// The rows of the matrices: their labels, none if there are no labels, and their number.
 struct RowLabels<'a> {
     labels: &'a [DofLabel],
     order: usize,
 }
 
-/// Consecutive rows from `first` on: as many as were asked for, all of one node; or all that the node has.
+/// Consecutive rows from `first` on: as many as were requested, all of one node; or all that the node has.
 fn rows_from(
     name: &str,
     first: usize,
@@ -103,7 +105,8 @@ fn rows_from(
 ) -> Result<PointRows, String> {
     let Some(asked) = dofs.or((!labels.is_empty()).then_some(1)) else {
         return Err(format!(
-            "point {name}: column dofs (3 or 6) is missing; without a dof_file or dofs_per_node nothing else tells how many rows belong to the point"
+            "point {name}: column dofs (3 or 6) is missing; without a dof_file or dofs_per_node nothing else gives the \
+             number of rows of the point"
         ));
     };
     let last = first.saturating_add(asked.saturating_sub(1));

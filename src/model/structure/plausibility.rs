@@ -1,4 +1,4 @@
-//! What a model weighs, where, and what about it looks wrong: units, files exchanged, directions that have no mass.
+//! Mass properties of a model, and signs of mistakes: units, exchanged files, directions without mass.
 
 use sprs::CsMat;
 
@@ -19,23 +19,23 @@ const MASS_SPREAD: f64 = 0.05;
 const LEAST_DIGITS: f64 = 1e-3;
 /// A machine that floats has so many modes at 0 Hz.
 const MOST_RIGID: usize = 6;
-/// Entries of a mass matrix add up, those of a stiffness cancel.
+/// Entries of a mass matrix add up, entries of a stiffness matrix cancel.
 const LEAST_SUM: f64 = 1e-3;
 
-/// What the modes of a model have shown.
+/// Properties that a model's modes show.
 #[derive(Debug, Clone, Copy, Default)]
 pub(super) struct Shown {
     /// Number of rigid-body motions.
     pub rigid: usize,
     /// Frequency of the lowest elastic mode in Hz, where that was looked for.
     pub lowest_hz: Option<f64>,
-    /// Frequency in Hz below which modes were looked for, where there is none.
+    /// Frequency in Hz below which modes were looked for, if there is none.
     pub none_below_hz: Option<f64>,
     /// Condition number of the stiffness scaled to a diagonal of 1, where it is known.
     pub condition: Option<f64>,
 }
 
-/// What looks wrong about the matrices before any work, one sentence each.
+/// Doubtful properties of the matrices before the reduction, one sentence each.
 pub(super) fn of_matrices(model: &FeModel, rigid: Option<&RigidMotions>) -> Vec<String> {
     let mut out = model.doubts().to_vec();
     if rigid.is_some_and(|rigid| !adds_up(model.mass(), rigid)) {
@@ -50,7 +50,8 @@ pub(super) fn of_matrices(model: &FeModel, rigid: Option<&RigidMotions>) -> Vec<
         let [least, most] = MASS_KG;
         if let Some((mass, axis)) = known.iter().find(|(mass, _)| !(least..=most).contains(mass)) {
             out.push(format!(
-                "a mass of {mass:.3e} kg (along {axis}): machines have {least} to {most:e} kg; is `units` that of the matrices (mm, t, s are \"mm_t_s\"), or is it another matrix?"
+                "a mass of {mass:.3e} kg (along {axis}): machines have {least} to {most:e} kg; does `units` match the \
+                 matrices (mm, t, s are \"mm_t_s\"), or is it another matrix?"
             ));
         }
         let smallest = known.iter().map(|(mass, _)| *mass).fold(f64::INFINITY, f64::min);
@@ -72,12 +73,12 @@ pub(super) fn of_matrices(model: &FeModel, rigid: Option<&RigidMotions>) -> Vec<
     out
 }
 
-/// What looks wrong about the modes, one sentence each.
+/// Doubtful properties of the modes, one sentence each.
 pub(super) fn of_modes(shown: Shown) -> Vec<String> {
     let mut out = Vec::new();
     if shown.rigid > MOST_RIGID {
         out.push(format!(
-            "{} modes at 0 Hz: a machine that floats has {MOST_RIGID}; parts hang loose, move as a mechanism, or their stiffness is missing (is a file cut short?)",
+            "{} modes at 0 Hz: a machine that floats has {MOST_RIGID}; parts hang loose, move as a mechanism, or their stiffness is missing (is a file truncated?)",
             shown.rigid
         ));
     }
@@ -97,7 +98,10 @@ pub(super) fn of_modes(shown: Shown) -> Vec<String> {
 fn few_digits(condition: f64) -> Option<String> {
     (condition * f64::EPSILON > LEAST_DIGITS).then(|| {
         format!(
-            "the stiffness is ill-conditioned ({condition:.1e} when scaled to a diagonal of 1, by the rounding of double precision {:.0e}): fewer than three digits of the lowest frequencies may be right; are springs between nodes far stiffer than what is around them (1e3 to 1e6 times is enough), or is it nearly a mechanism?",
+            "the stiffness is ill-conditioned ({condition:.1e} when scaled to a diagonal of 1, by the rounding of \
+             double precision {:.0e}): fewer than three digits of the lowest frequencies may be right; are \
+             springs between nodes far stiffer than their surroundings (1e3 to 1e6 times is enough), or is it \
+             nearly a mechanism?",
             condition * f64::EPSILON
         )
     })
@@ -113,7 +117,7 @@ fn loose_mass(model: &FeModel) -> Option<String> {
     let first = *loose.first()?;
     let place = place_of(model, first);
     Some(format!(
-        "{} with mass but no stiffness, the first {place}: nothing holds them; are they to be left out, or is the stiffness cut short?",
+        "{} with mass but no stiffness, the first {place}: nothing holds them; are they to be left out, or is the stiffness truncated?",
         if loose.len() == 1 { "1 row".to_owned() } else { format!("{} rows", loose.len()) }
     ))
 }

@@ -17,15 +17,15 @@ pub const DOF_NAMES: [&str; 6] = ["x", "y", "z", "rx", "ry", "rz"];
 pub struct InterfacePoint {
     /// Unique name.
     pub name: String,
-    /// What it is for, as the table says (`mount`, `fixture`, ...); information only, and may be empty.
+    /// Role in the table (`mount`, `fixture`, ...); for information only, may be empty.
     pub role: String,
-    /// Where its DOFs are in the finite element matrices.
+    /// Position of its DOFs in the finite element matrices.
     pub place: PointPlace,
     /// Coordinates x, y, z in m.
     pub position_m: [f64; 3],
 }
 
-/// Where the DOFs of a point are in the finite element matrices.
+/// Position of a point's DOFs in the finite element matrices.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum PointPlace {
     /// Nowhere: there are no matrices (modal table).
@@ -35,8 +35,7 @@ pub enum PointPlace {
     Rows {
         /// Row of the x displacement, counted from 0.
         first: usize,
-        /// Rows that belong to the point: 3 (displacements) or 6 (and rotations); none: as many as the labels of the rows
-        /// say.
+        /// Number of rows of the point: 3 (displacements) or 6 (and rotations); none: from the labels of the rows.
         dofs: Option<usize>,
     },
     /// In the rows that carry the label of a node.
@@ -80,7 +79,7 @@ impl InterfacePoints {
     /// Reads a CSV table with the columns `name`, `x_m`, `y_m`, `z_m`, if wanted `role`, and, for finite element matrices, where the
     /// point is: `first_row_0based` (row of its x displacement; with `dofs` 3 or 6, which only rows with labels can do
     /// without), or `node` (for matrices with labels; with `rotation_node` where the rotations have a node of their own,
-    /// empty where not). Other columns are an error.
+    /// empty if not). Other columns are an error.
     ///
     /// # Errors
     /// File, line and reason.
@@ -126,8 +125,7 @@ impl InterfacePoints {
         Ok(Self { points })
     }
 
-    /// The table as [`InterfacePoints::parse`] reads it. A file has one way to say where points are; the first point's is
-    /// used.
+    /// Writes the table for [`InterfacePoints::parse`]. A file has one way to give rows; the first point's is used.
     pub fn to_csv(&self) -> String {
         let by_node = matches!(self.points.first().map(|point| point.place), Some(PointPlace::Node { .. }));
         let place = if by_node { ["node", "rotation_node"] } else { ["first_row_0based", "dofs"] };
@@ -148,7 +146,7 @@ impl InterfacePoints {
         String::from_utf8(writer.into_inner().unwrap_or_default()).unwrap_or_default()
     }
 
-    /// Says for every point that names its first row how many belong to it, where `rows` has three or six.
+    /// Sets the number of rows of every point that gives its first row, if `rows` has three or six.
     pub(super) fn state_dofs(&mut self, rows: &[[Option<usize>; 6]]) {
         for (point, rows) in self.points.iter_mut().zip(rows) {
             if let PointPlace::Rows { dofs: dofs @ None, .. } = &mut point.place {
@@ -174,7 +172,7 @@ impl InterfacePoints {
     }
 }
 
-/// The columns that say where a point is.
+/// Columns with the rows of a point.
 enum PlaceColumns {
     None,
     Rows { first: usize, dofs: Option<usize> },
@@ -188,7 +186,9 @@ impl PlaceColumns {
         let (node, rotation_node) = (column("node"), column("rotation_node"));
         match (first, node) {
             (Some(_), Some(_)) => {
-                let reason = "columns \"first_row_0based\" and \"node\" both say where a point is; give one".to_owned();
+                let reason =
+                    "columns \"first_row_0based\" and \"node\" both give the rows of a point; give one of them"
+                        .to_owned();
                 Err(table.fault(table.header_line, reason))
             }
             (Some(first), None) if rotation_node.is_none() => Ok(Self::Rows { first, dofs }),

@@ -1,4 +1,4 @@
-//! How good a reduction is: the reduced structure beside the full model.
+//! Quality of a reduction: comparison with the full model.
 //!
 //! The full model's modes below the cut-off come from the same solver, on all rows, with the same proof that none is missing;
 //! its static flexibility from unit loads on the interface. Its receptances are the sum over those modes plus what all others bring, from
@@ -35,7 +35,7 @@ const CURVE_POINTS: usize = 400;
 const MOST_CURVES: usize = 16;
 const ADVICE: &str = "check signs and units of mass and stiffness";
 
-/// What a report compares.
+/// Settings of a report.
 #[derive(Debug, Clone, PartialEq)]
 pub struct QualitySettings {
     /// The reduction.
@@ -46,7 +46,7 @@ pub struct QualitySettings {
     pub damping_ratio: f64,
 }
 
-/// One mode of the full model beside its counterpart.
+/// A mode of the full model with its counterpart.
 #[derive(Debug, Clone, PartialEq, Serialize, JsonSchema)]
 pub struct ModePair {
     /// Frequency of the full model in Hz.
@@ -57,7 +57,7 @@ pub struct ModePair {
     pub relative_error: Option<f64>,
     /// Modal assurance criterion of the two shapes over all rows, weighted by mass: 1 for the same shape.
     pub mac: f64,
-    /// Share of the total mass that moves along x, y, z with the mode, full model; none where the directions of the rows are
+    /// Share of the total mass that moves along x, y, z with the mode, full model; none if the directions of the rows are
     /// not known.
     pub effective_mass_full: Option<[f64; 3]>,
     /// The same of the reduced structure.
@@ -80,9 +80,9 @@ pub struct StaticStiffness {
 /// Velocity at one DOF per force at another, over frequency.
 #[derive(Debug, Clone, PartialEq, Serialize, JsonSchema)]
 pub struct MobilityCurve {
-    /// Where the velocity is taken.
+    /// Point of the velocity.
     pub response: String,
-    /// Where the force acts.
+    /// Point of the force.
     pub force: String,
     /// Magnitude in m/(s N), full model.
     pub full: Vec<f64>,
@@ -108,7 +108,7 @@ pub struct Conditions {
 /// The report.
 #[derive(Debug, Clone, PartialEq, Serialize, JsonSchema)]
 pub struct QualityReport {
-    /// What was met on the way.
+    /// Facts from the reduction.
     pub facts: ReductionFacts,
     /// Modes below the cut-off in rising order.
     pub modes: Vec<ModePair>,
@@ -117,11 +117,11 @@ pub struct QualityReport {
     /// Centre of mass in m, where every node with mass has a known place.
     pub centre_of_mass_m: Option<[f64; 3]>,
     /// Nodes with mass whose place is not known, and all nodes with mass, where there is no centre of mass and the directions of the
-    /// rows are known; the first is 0 where there is no mass along x or y.
+    /// rows are known; the first is 0 if there is no mass along x or y.
     pub nodes_without_place: Option<[usize; 2]>,
-    /// What looks wrong: units, labels, matrices exchanged, directions without mass.
+    /// Doubtful properties: units, labels, exchanged matrices, directions without mass.
     pub remarks: Vec<String>,
-    /// What was done to the matrices (multipliers eliminated, held rows left out), and that the machine floats.
+    /// Changes to the matrices (eliminated multipliers, held rows left out), and a note if the machine floats.
     pub notes: Vec<String>,
     /// Static stiffness of every interface DOF; empty for a structure that floats.
     pub static_stiffness: Vec<StaticStiffness>,
@@ -148,7 +148,7 @@ struct Shapes {
     omega_squared: Vec<f64>,
     interface: DMatrix<f64>,
     all: DMatrix<f64>,
-    /// What all modes from the cut-off on bring to receptances at the interface.
+    /// Contribution of all modes from the cut-off on to receptances at the interface.
     beyond: Vectors,
 }
 
@@ -160,7 +160,7 @@ pub fn assess(model: &FeModel, settings: &QualitySettings) -> Result<QualityRepo
     assess_telling(model, settings, |_| ())
 }
 
-/// As [`assess`]. `tell` is given what looks wrong about the matrices before the work, which takes a minute for large models.
+/// As [`assess`]. `tell` receives doubtful properties of the matrices before the work, which takes a minute for large models.
 ///
 /// # Errors
 /// As for [`super::reduce`].
@@ -213,7 +213,7 @@ fn compare(
     })
 }
 
-/// That nothing holds the machine.
+/// Note for a machine without supports.
 fn floating(rigid: usize) -> Option<String> {
     (rigid > 0).then(|| {
         format!(
@@ -253,7 +253,7 @@ struct Compared<'a> {
     reduced: &'a Shapes,
 }
 
-/// What is known of the full model.
+/// Known properties of the full model.
 struct Full {
     inner: Inner,
     shapes: Shapes,
@@ -299,7 +299,7 @@ fn full_model(
     Ok(Full { inner, shapes, flexibility })
 }
 
-/// Modes of the reduced structure that have a finite frequency; all but the first `damped` bring their receptance undamped.
+/// Modes of the reduced structure that have a finite frequency; all except the first `damped` bring their receptance undamped.
 fn reduced_modes(reduction: &Reduction, damped: usize) -> Result<Shapes, StructureError> {
     const STEP: &str = "modes of the reduced structure";
     let shift = TAU * TAU;
@@ -408,7 +408,7 @@ struct Curves {
     frequency_hz: Vec<f64>,
 }
 
-/// Those of every curve: drive points, then pairs in the same direction.
+/// Rows of every curve: drive points, then pairs in the same direction.
 fn curve_pairs(names: &[(String, usize)]) -> Vec<CurveRows> {
     let translations: Vec<usize> = (0..names.len()).filter(|row| names[*row].1 < 3).collect();
     let drive = translations.iter().map(|row| (*row, *row));
@@ -457,7 +457,7 @@ struct Excitation {
     damped: usize,
 }
 
-/// `sum phi_i phi_j / (omega_s^2 - omega^2 + 2 i xi omega_s omega)` and what the other modes bring, real and imaginary part.
+/// `sum phi_i phi_j / (omega_s^2 - omega^2 + 2 i xi omega_s omega)` and the contribution of the other modes, real and imaginary part.
 fn receptance(shapes: &Shapes, (i, j): (usize, usize), at: &Excitation) -> [f64; 2] {
     let Excitation { omega, damping_ratio: xi, damped } = *at;
     let mut sum = [shapes.beyond.receptance((i, j), omega), 0.0];

@@ -24,8 +24,8 @@ use decore_math::linalg::{cholesky, multiply_transposed, solve_lower};
 pub enum Damping {
     /// One ratio for all modes.
     Ratio(f64),
-    /// One ratio per mode, in the order of the modes; at least as many as modes are kept, the rest is not used (the number of
-    /// modes below a cut-off changes with the placement).
+    /// One ratio per mode, in the order of the modes: at least as many as kept modes. Further ratios are ignored, because the number of
+    /// modes below a cut-off changes with the placement.
     PerMode(Vec<f64>),
 }
 
@@ -72,7 +72,7 @@ pub(super) struct ReducedMatrices {
     pub transfer: DMatrix<f64>,
 }
 
-/// What a modal table brings: modes that are returned as they are when nothing is attached.
+/// Modes of a modal table; they are returned unchanged if nothing is attached.
 #[derive(Debug, Clone)]
 struct TableModes {
     omega_rad_s: Vec<f64>,
@@ -128,12 +128,12 @@ impl ReducedStructure {
         self.own.rigid_motions()
     }
 
-    /// The same with what looks wrong about the model that it was reduced from.
+    /// Adds doubtful properties of the full model.
     pub(super) fn with_remarks(self, remarks: Vec<String>) -> Self {
         Self { remarks, ..self }
     }
 
-    /// What looks wrong about the model that it was reduced from, one sentence each: its units, matrices exchanged.
+    /// Doubtful properties of the full model, one sentence each: units, exchanged matrices.
     pub fn remarks(&self) -> &[String] {
         &self.remarks
     }
@@ -148,7 +148,7 @@ impl ReducedStructure {
         &self.k_zz
     }
 
-    /// Reduced damping `D_zz` (n_z x n_z), where the structure brings its own.
+    /// Reduced damping `D_zz` (n_z x n_z), if the structure brings its own.
     pub fn d_zz(&self) -> Option<&DMatrix<f64>> {
         self.d_zz.as_ref()
     }
@@ -195,8 +195,8 @@ impl ReducedStructure {
         Ok(ModesAt { omega_rad_s: solution.omega_rad_s, damping_ratio, rows: solution.shapes, rest: None })
     }
 
-    /// The modes of which [`ModesAt::select`] with these settings chooses at a scene's points: all, or those below a frequency above which
-    /// none is needed one by one, and what the rest is together.
+    /// Modes from which [`ModesAt::select`] chooses at a scene's points with these settings: all, or those below a frequency above which
+    /// only the sum of the others is needed.
     ///
     /// # Errors
     /// As for [`ReducedStructure::modes_at`].
@@ -217,7 +217,7 @@ impl ReducedStructure {
                 return Ok(modes);
             }
         }
-        // What is selected from is all that the basis has.
+        // The selection starts from all modes of the basis.
         self.modes_at(attached, &ModalOptions { cutoff_hz: f64::MAX, damping: damping.clone() }, rows)
     }
 

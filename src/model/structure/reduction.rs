@@ -17,7 +17,7 @@ use super::suspects;
 use super::symmetric::symmetric_part;
 use decore_math::linalg::{SymmetricPencil, multiply, multiply_transposed};
 
-/// What a reduction keeps.
+/// Settings of a reduction.
 #[derive(Debug, Clone, PartialEq)]
 pub struct ReductionSettings {
     /// Interface DOFs: name of the point and direction 0 to 5 ([`super::DOF_NAMES`]). The order is the order of the rows; a
@@ -29,7 +29,7 @@ pub struct ReductionSettings {
     pub fixed_interface_cutoff_hz: f64,
 }
 
-/// What was met on the way to a reduced structure.
+/// Facts from the reduction.
 #[derive(Debug, Clone, PartialEq, serde::Serialize, schemars::JsonSchema)]
 pub struct ReductionFacts {
     /// Rows of the model's matrices.
@@ -46,7 +46,7 @@ pub struct ReductionFacts {
     pub factor_len: usize,
     /// Columns of the Lanczos basis.
     pub lanczos_basis: usize,
-    /// Frequency of the shift in Hz that made the inner stiffness regular; 0 where none was needed.
+    /// Frequency of the shift in Hz that made the inner stiffness regular; 0 if none was needed.
     pub shift_hz: f64,
     /// Estimated condition number of the inner stiffness in the 1-norm, where asked for.
     pub inner_condition: Option<f64>,
@@ -65,7 +65,7 @@ pub fn reduce(model: &FeModel, settings: &ReductionSettings) -> Result<ReducedSt
     reduce_observed(model, settings, &mut Observer::none()).map(|(structure, _)| structure)
 }
 
-/// As [`reduce`], with what was met on the way; time and memory of the steps go to the observer.
+/// As [`reduce`], with facts from the reduction; time and memory of the steps go to the observer.
 ///
 /// # Errors
 /// As for [`reduce`].
@@ -88,12 +88,12 @@ pub(super) struct Reduction {
     pub inner: Inner,
     /// Rigid motions of the model, where its rows have labels.
     pub rigid: Option<RigidMotions>,
-    /// What looks wrong about the matrices, one sentence each.
+    /// Doubtful properties of the matrices, one sentence each.
     pub remarks: Vec<String>,
 }
 
 impl Reduction {
-    /// Adds what looks wrong about the matrices. The structure also says what looks wrong about its modes.
+    /// Adds doubtful properties of the matrices. The structure adds those of its modes.
     fn with_remarks(self, remarks: Vec<String>) -> Self {
         let shown = Shown { rigid: self.structure.rigid_motions(), ..Shown::default() };
         let structure = self.structure.with_remarks(remarks.iter().cloned().chain(of_modes(shown)).collect());
@@ -117,7 +117,7 @@ impl Reduction {
     }
 }
 
-/// Reduces a model. `tell` is given what looks wrong about the matrices before the work.
+/// Reduces a model. `tell` receives doubtful properties of the matrices before the work.
 pub(super) fn reduce_in_parts(
     model: &FeModel,
     settings: &ReductionSettings,
@@ -209,7 +209,7 @@ fn project(
     Ok(ReducedMatrices { m_zz, k_zz, d_zz: None, transfer })
 }
 
-/// `D_zz = T' D T`, where the model has a damping matrix.
+/// `D_zz = T' D T`, if the model has a damping matrix.
 fn damping(
     model: &FeModel,
     pencil: &SymmetricPencil,

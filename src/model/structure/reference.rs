@@ -34,7 +34,7 @@ pub(super) struct Vectors {
 }
 
 impl Vectors {
-    /// What they bring between two rows at a circular frequency in rad/s, m/N.
+    /// Returns their receptance between two rows at a circular frequency in rad/s, m/N.
     pub fn receptance(&self, (i, j): (usize, usize), omega: f64) -> f64 {
         let z = omega * omega + self.shift;
         let vectors = self.nu.iter().enumerate();
@@ -46,12 +46,12 @@ impl Vectors {
 pub(super) struct Known<'a> {
     pub pencil: &'a SymmetricPencil<'a>,
     pub factor: &'a PencilFactor,
-    /// Its modes below the cut-off, and the shift of the factor.
+    /// Modes below the cut-off, and the shift of the factor.
     pub full: &'a Inner,
 }
 
-/// What all modes but the known ones bring between rows. `loads`: a unit load per row of the interface (rows of the pencil x interface
-/// rows), 0 for rows that no curve needs. `highest`: largest squared circular frequency.
+/// Computes the contribution of all modes except the known ones between rows. `loads`: a unit load per row of the interface (rows of the
+/// pencil x interface rows), 0 for rows that no curve needs. `highest`: largest squared circular frequency.
 pub(super) fn beyond_modes(known: &Known<'_>, loads: &DMatrix<f64>, highest: f64) -> Result<Vectors, StructureError> {
     Basis::solve(known, loads, highest).step(STEP, ADVICE)
 }
@@ -104,7 +104,7 @@ impl Basis<'_> {
     fn orthonormalised(&self, mut block: Block) -> Result<(Block, DMatrix<f64>), LinalgError> {
         let full = self.known.full;
         let mut outside = DMatrix::identity(block.vectors.ncols(), block.vectors.ncols());
-        // Once more for what rounding leaves.
+        // Repeat for rounding errors.
         for _ in 0..2 {
             let mut along = multiply_transposed(&self.inertia, &block.vectors)?;
             block.vectors -= multiply(&full.psi, &along)?;

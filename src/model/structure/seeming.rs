@@ -1,4 +1,4 @@
-//! Rows that labels call displacements, but are none.
+//! Rows with labels of displacements that are none.
 //!
 //! CalculiX gives inner shapes of elements (C3D8I), rotations of rigid bodies and the knots of shells and beams directions 1 to 3. Two
 //! signs tell them from displacements, those beside held nodes among them:
@@ -18,10 +18,11 @@ use super::motions::{MOST_TRANSLATED, translations};
 
 /// At least this share of the rows that labels call displacements has to be displacements.
 const LEAST_TRUE: f64 = 0.1;
-/// A row is no displacement if a translation moves it by less than this share, or backwards. Inner shapes of distorted elements beside held
+/// A row is not a displacement if a translation moves it by less than this share, or backwards. Inner shapes of distorted elements beside
+/// held
 /// nodes reach 0.1; what CalculiX keeps of the held end of a beam moves backwards.
 const LEAST_MOVED: f64 = 0.2;
-/// Rounds in which rows that are no displacements are found; each sees those of the round before.
+/// Rounds of the search for rows that are not displacements; each uses the results of the round before.
 const MOST_ROUNDS: usize = 20;
 
 /// Rows that labels call displacements, but are none.

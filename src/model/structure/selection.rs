@@ -1,4 +1,4 @@
-//! The modes that matter to some rows of the interface, by a stated bound; the others as residual modes.
+//! Selects the modes that matter to some rows of the interface, with a given bound; residual modes replace the others.
 //!
 //! A mode that is dropped is replaced by its static part `phi phi' / omega_s^2`. With `x = (omega / omega_s)^2` and
 //! `a = 4 xi_s^2` that errs by `phi phi' / omega_s^2` times `sqrt((x^2 + a x) / ((1 - x)^2 + a x))`, which rises up to
@@ -12,7 +12,8 @@
 //! `tolerance * F_nn`, F the static flexibility of the modes. By Cauchy and Schwarz the error of every receptance between two
 //! rows n, m is then within `tolerance * sqrt(F_nn F_mm)` at all frequencies of the band.
 //!
-//! Modes above an edge that are only known together ([`TruncatedModes`]) are dropped. With `phi^2 g = (phi / omega)^2 h(omega)`, where h falls
+//! Modes above an edge that are only known together ([`TruncatedModes`]) are dropped. With `phi^2 g = (phi / omega)^2 h(omega)`, where h
+//! falls
 //! with the frequency above the band, theirs is at most `h(edge) R_nn`, R their static flexibility.
 
 use std::f64::consts::TAU;
@@ -26,7 +27,7 @@ use super::modes::{ModesAt, TruncatedModes};
 /// Smallest part of the tolerance that is tried for the dropped modes before none is dropped.
 const LEAST_PART: f64 = 1e-6;
 
-/// What is kept and what the rest leaves.
+/// Kept modes and the error of the others.
 #[derive(Debug, Clone, PartialEq)]
 pub struct ModeSelection {
     /// Indices of the kept modes, rising.
@@ -35,7 +36,7 @@ pub struct ModeSelection {
     pub available: usize,
     /// The rows over the kept modes (rows x kept), 1/sqrt(kg).
     pub rows: DMatrix<f64>,
-    /// What stands for the dropped modes.
+    /// Residual modes for the dropped modes.
     pub residual: ResidualModes,
     /// The bound that was reached: largest `sum phi_ns^2 g_s / F_nn` of a row; at most the tolerance.
     pub bound: f64,
@@ -52,7 +53,7 @@ pub struct ResidualModes {
     pub rows: DMatrix<f64>,
 }
 
-/// How modes are selected.
+/// Settings of the selection of modes.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct SelectionSettings {
     /// Largest error of a receptance relative to the static flexibility of its rows; 0 keeps every mode that moves a row.

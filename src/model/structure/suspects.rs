@@ -60,7 +60,7 @@ fn is_full(model: &FeModel) -> bool {
     model.stiffness().nnz() as f64 > MOST_FULL * order * order
 }
 
-/// What the sizes of stiffness and mass tell about units, one sentence each. `mass_kg`: along x, y, z, where known.
+/// Remarks on units from the sizes of stiffness and mass, one sentence each. `mass_kg`: along x, y, z, if known.
 pub(super) fn remarks(model: &FeModel, mass_kg: Option<[f64; 3]>) -> Vec<String> {
     if is_full(model) {
         return Vec::new();
@@ -71,7 +71,7 @@ pub(super) fn remarks(model: &FeModel, mass_kg: Option<[f64; 3]>) -> Vec<String>
 
 /// Diagonals of nodes.
 struct Nodes {
-    /// Stiffness and mass per node and direction; 0 where a node has none.
+    /// Stiffness and mass per node and direction; 0 if a node has none.
     nodes: Vec<(usize, [f64; 6], [f64; 6])>,
 }
 
@@ -101,7 +101,7 @@ impl Nodes {
         Self { nodes }
     }
 
-    /// The speed of sound by stiffness, mass and size of the mesh, where it is far from that of any metal.
+    /// Speed of sound from stiffness, mass and size of the mesh, if it is far from any metal's.
     fn sound(&self, model: &FeModel, mass_kg: Option<[f64; 3]>) -> Option<String> {
         let omega = |(row, k, m): &(usize, [f64; 6], [f64; 6])| {
             // A chain of masses that move one way is no mesh.
@@ -135,9 +135,10 @@ impl Nodes {
         let [least, most] = range;
         (c > 0.0 && !(least..=most).contains(&c)).then(|| {
             format!(
-                "{} look as if they were in different units: with this mesh sound would travel at {c:.0e} m/s, in metals at 3e3 to 6e3 ({}); is `units` that of all files?",
+                "{} look as if they were in different units: with this mesh sound would travel at {c:.0e} m/s, in \
+                 metals at 3e3 to 6e3 ({}); does `units` match all files?",
                 if c < least { "stiffness and mass" } else { "stiffness, mass and coordinates" },
-                if c < least { "N/mm beside kg gives 1e2" } else { "coordinates in mm beside matrices in m give 5e6" }
+                if c < least { "N/mm beside kg gives 1e2" } else { "coordinates in mm with matrices in m give 5e6" }
             )
         })
     }
@@ -155,7 +156,8 @@ impl Nodes {
         let [least, most] = ELEMENT_M;
         (!(least..=most).contains(&size_m)).then(|| {
             format!(
-                "stiffnesses against rotation and displacement are in the ratio of elements of {size_m:.0e} m: is `units` that of the matrices (mm, kg, s are \"mm_kg_s\", mm, t, s \"mm_t_s\")?"
+                "stiffnesses against rotation and displacement are in the ratio of elements of {size_m:.0e} m: does \
+                 `units` match the matrices (mm, kg, s are \"mm_kg_s\", mm, t, s \"mm_t_s\")?"
             )
         })
     }
@@ -175,14 +177,15 @@ fn rotation_nodes(model: &FeModel) -> Option<String> {
         let shared = moved.intersection(&turned).count();
         (node != rotation && !moved.is_empty() && !turned.is_empty() && 2 * shared < moved.len().min(turned.len())).then(|| {
             format!(
-                "point {}: rotation_node {rotation} is joined to other rows than node {node} ({shared} in common): is it that of another rigid body?",
+                "point {}: rotation_node {rotation} is joined to other rows than node {node} ({shared} in common): does \
+                 it belong to another rigid body?",
                 point.name
             )
         })
     })
 }
 
-/// Distance in m from the node of a row to the nearest node that it is coupled to; none where no places are known. The places of nodes that
+/// Distance in m from the node of a row to the nearest node that it is coupled to; none if no places are known. The places of nodes that
 /// CalculiX expands to shells and beams do not tell their distances, so `places` is without them.
 fn nearest_m(model: &FeModel, places: &BTreeMap<i64, [f64; 3]>, row: usize) -> Option<f64> {
     let own = model.labels().get(row)?;
@@ -205,7 +208,7 @@ fn nearest_m(model: &FeModel, places: &BTreeMap<i64, [f64; 3]>, row: usize) -> O
     nearest
 }
 
-/// Size in m of the model by what is known of places: the diagonal of the box around nodes and points, or the farthest from the origin.
+/// Size in m of the model from known positions: the diagonal of the box around nodes and points, or the largest distance from the origin.
 fn extent_m(model: &FeModel) -> Option<f64> {
     let points = model.points().iter().map(|point| point.position_m);
     let places: Vec<[f64; 3]> = model.positions_m().values().copied().chain(points).collect();

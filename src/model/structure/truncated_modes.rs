@@ -1,4 +1,4 @@
-//! Modes above an edge that no row needs one by one: what they are together follows from the structure, without solving for them.
+//! Modes above an edge, known only by their sum, which follows from the structure without solving for them.
 //!
 //! Static deflections do not depend on bodies: with the own modes scaled by stiffness, `S` their shapes at the rows, the flexibility
 //! of all modes is `F = S S'`. Their mass is that of the whole machine with its bodies, `A = S (N + U U')^-1 S'`
@@ -20,7 +20,7 @@ const SHARE: f64 = 0.05;
 /// Share of the own modes from which on solving for all of them costs hardly more.
 const MOST: f64 = 0.8;
 
-/// What is asked for: rows as combinations of interface rows, one damping ratio for all modes, a selection.
+/// Task of a reduction: rows as combinations of interface rows, one damping ratio for all modes, a selection.
 pub(super) struct ReductionDemand<'a> {
     pub rows: &'a [Vec<(usize, f64)>],
     pub damping_ratio: f64,
@@ -28,8 +28,7 @@ pub(super) struct ReductionDemand<'a> {
 }
 
 impl ReductionDemand<'_> {
-    /// A circular frequency in rad/s above which modes are not needed one by one, as far as the own modes tell; `None` where nothing
-    /// is saved.
+    /// Circular frequency in rad/s above which single modes are not needed, according to the own modes; `None` if this saves nothing.
     pub fn edge(&self, own: &OwnModes) -> Option<f64> {
         let shapes = own.elastic_at(self.rows);
         let SelectionSettings { tolerance, band_hz } = self.settings;
@@ -49,7 +48,7 @@ impl ReductionDemand<'_> {
         saves.then(|| omega(first))
     }
 
-    /// The modes below the edge with those that stand for the rest; `None` where the rest errs by more than half the tolerance.
+    /// The modes below the edge with those that stand for the rest; `None` if the rest errs by more than half the tolerance.
     ///
     /// # Errors
     /// No convergence.

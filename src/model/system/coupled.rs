@@ -51,7 +51,7 @@ impl Coupled {
         self.discrete.closed[contact]
     }
 
-    /// How often a hammer's supply has been switched on so far: the number of its strokes.
+    /// Number of times that a hammer's supply has been switched on: the number of its strokes.
     pub fn strokes(&self, hammer: usize) -> usize {
         self.discrete.supply_switched[hammer].div_ceil(2)
     }

@@ -3,21 +3,21 @@
 use crate::system::elements::Contact;
 use crate::system::model::CoupledModel;
 
-/// What changes at switches and stops.
+/// State that changes only at switches and stops.
 #[derive(Debug, Clone)]
 pub(super) struct Discrete {
-    /// Which contacts are closed.
+    /// Closed contacts.
     pub closed: Vec<bool>,
-    /// How often each supply has been switched: it is on after an odd number of times.
+    /// Number of switches of each supply: it is on after an odd number.
     pub supply_switched: Vec<usize>,
-    /// Which gates are open.
+    /// Open gates.
     pub gate_open: Vec<bool>,
     /// When each gate opens; infinite until the hammer's first contact.
     pub gate_time_s: Vec<f64>,
 }
 
 impl Discrete {
-    /// That of the model at rest.
+    /// State of the model at rest.
     pub fn at_rest(model: &CoupledModel) -> Self {
         let hammers = model.hammers.len();
         // At rest points of flexible parts stand still at zero.

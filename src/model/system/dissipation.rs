@@ -1,8 +1,8 @@
-//! What condensed modes dissipate, `int sum 2 xi omega x'^2 dt`: from their velocities and damping alone, whatever work is done on them.
+//! Dissipation of condensed modes, `int sum 2 xi omega x'^2 dt`, from their velocities and damping alone.
 //!
-//! Their velocities are no states. They are followed by themselves, from node to node at the middles of equal intervals `h`: of an
-//! oscillation that is read more than once in a period, equal weights give the mean exactly; what remains are the ends of the run, where
-//! the modes hardly move. With the repeated integrals `z` of the forces since the last node, which `moments` carries,
+//! The velocities of condensed modes are not states. They are followed separately, from node to node at the middles of equal intervals `h`.
+//! For an oscillation that is read more than once per period, equal weights give the mean exactly. The remaining error comes from the ends
+//! of the run, where the modes hardly move. With the repeated integrals `z` of the forces since the last node, which `moments` carries,
 //!
 //! ```text
 //! [x, x'] <- exp(A h) [x, x'] + sum_m phi_m sum_k gamma_k [z_{k+1, m}, z_{k, m}]
@@ -19,16 +19,16 @@ use crate::system::rebase_group::{WIDTH, scaled_powers, splat};
 use crate::system::register_pair::{fused, pair, product, put_pair, unrolled};
 use decore_math::number::{Number, OverArrays, in_widest};
 
-/// Longest time between two nodes in s: that of an impact, which bends the modes' velocities.
+/// Longest time between two nodes in s: the duration of an impact, which changes the modes' velocities.
 const LONGEST_INTERVAL_S: f64 = 1.25e-4;
 /// Angle by which the fastest mode turns between two nodes at most, rad: its squared velocity by less than a whole period.
 const INTERVAL_RAD: f64 = 3.0;
-/// What the impulse responses may err by, as a share of their amplitudes.
+/// Permitted error of the impulse responses, as a share of their amplitudes.
 const IMPULSE_RESPONSE_ERROR: f64 = 2e-7;
-/// How many nodes back the power is known: as many as there are in a step.
+/// Number of past nodes with known power: as many as there are in a step.
 const REMEMBERED: usize = 8;
 
-/// What does not change while modes dissipate.
+/// Constants of the dissipation.
 #[derive(Debug)]
 pub(super) struct Damping {
     condensation: Arc<Condensation>,
@@ -109,7 +109,7 @@ impl Damping {
     }
 }
 
-/// The modes of a row at the last node, and what they have dissipated.
+/// Modes of a row at the last node, and their dissipated energy.
 #[derive(Debug, Clone)]
 pub(super) struct Dissipation {
     displacement: Vec<Lanes>,
@@ -117,7 +117,7 @@ pub(super) struct Dissipation {
     /// Nodes passed.
     nodes: u64,
     dissipated_j: f64,
-    /// Power at the last nodes, that of the last first, W.
+    /// Power at the last nodes, the latest first, W.
     powers_w: [f64; REMEMBERED],
 }
 
@@ -148,8 +148,8 @@ impl Dissipation {
         self.dissipated_j
     }
 
-    /// Energy dissipated up to a time within or at the end of the last step, J, where the power is `power_w(t)`: that of whole intervals,
-    /// and from the end of these on at that power.
+    /// Energy dissipated up to a time within or at the end of the last step, J, if the power is `power_w(t)`: whole intervals, then the
+    /// rest at that power.
     pub fn up_to_j(&self, damping: &Damping, t: f64, power_w: f64) -> f64 {
         let nodes = ((t / damping.interval_s + 0.5).floor() as u64).min(self.nodes);
         let later = self.powers_w.iter().take((self.nodes - nodes) as usize).sum::<f64>();
@@ -226,14 +226,15 @@ mod tests {
         (-ratio * omega * t).exp() * (damped * t).sin() / damped
     }
 
-    /// Its displacement, as a share of the static one.
+    /// Displacement, as a share of the static one.
     fn step_displacement(omega: f64, ratio: f64, t: f64) -> f64 {
         let damped = omega * (1.0 - ratio * ratio).sqrt();
         let (sine, cosine) = (damped * t).sin_cos();
         1.0 - (-ratio * omega * t).exp() * (cosine + ratio * omega / damped * sine)
     }
 
-    /// Under constant forces the power at every node, displacements of slow modes and the energy up to the end are those of the closed form, whatever the number of
+    /// Under constant forces the power at every node, displacements of slow modes and the energy up to the end are those of the closed
+    /// form, whatever the number of
     /// points that loops are unrolled for: modes of several blocks, fast ones that need all coefficients and slow ones that need few.
     #[test]
     fn analytic_step_forces() {

@@ -1,4 +1,4 @@
-//! Springs and one-sided contacts as sparse rows over the points that move.
+//! Springs and one-sided contacts as sparse rows over the moving points.
 //!
 //! Every element acts along one relative coordinate, a sparse row `r` over the columns: the coordinates of rigid parts and the driven
 //! points of flexible ones ([`crate::system::Layout`]). Its elongation (or penetration) is `r u - offset`, its force `f` acts
@@ -25,7 +25,7 @@ pub struct Spring {
     pub owner: Owner,
 }
 
-/// A one-sided contact; its row follows those of the springs.
+/// A one-sided contact; its row comes after the springs' rows.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Contact {
     /// Owner.
@@ -34,7 +34,7 @@ pub struct Contact {
     pub law: ContactLaw,
     /// Subtracted from the row's value to give the penetration, m.
     pub offset_m: f64,
-    /// Force at rest, N: what holds it is in equilibrium with it and acts on when the contact opens.
+    /// Force at rest, N. Its opposing load is in equilibrium with it and continues when the contact opens.
     pub rest_force_n: f64,
 }
 
@@ -52,7 +52,7 @@ pub struct Elements {
 ///
 /// With `d` the elongations without R and `F_c` the forces of contacts, the springs' forces are `F = S d + B d' - S R_sc F_c`,
 /// `S = (I + K R)^-1 K`, and to first order in the time constant `R c` `B = (I + K R)^-1 C (I + R K)^-1`. `d' S d / 2` is the energy of springs
-/// and residual flexibility. The term of the contacts is part of their rows: `r_c - R_cs S r_s` in the place of `r_c`. Each contact is in
+/// and residual flexibility. The term of the contacts is part of their rows: `r_c - R_cs S r_s` in place of `r_c`. Each contact is in
 /// series with its own R; the residual flexibility between contacts at different points is left out, as all of it is where modes are cut off.
 #[derive(Debug, Clone)]
 pub(super) struct Series {
@@ -89,7 +89,7 @@ pub enum FlexibilityError {
     TooStiff {
         /// Owner of the contact.
         owner: Owner,
-        /// Its stiffness.
+        /// Stiffness.
         stiffness_n_per_m: f64,
         /// Local flexibility of the casting at the point.
         local_m_per_n: f64,
@@ -143,7 +143,7 @@ impl Contact {
 }
 
 impl Elements {
-    /// Makes the elements of links between points whose rows have `columns` columns. The rows of springs come before those of contacts.
+    /// Makes the elements of links between points whose rows have `columns` columns. Rows of springs come before rows of contacts.
     pub(super) fn new(links: &[Link], points: &Points, columns: usize) -> Self {
         let (mut springs, mut contacts) = (Vec::new(), Vec::new());
         let mut rows: [Vec<PointRow>; 2] = Default::default();

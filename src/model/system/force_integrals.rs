@@ -1,5 +1,5 @@
-//! Repeated integrals of the forces on the interface points since the last node of each row, `z_1' = F`, `z_{k+1}' = z_k`, of one row or of
-//! one in each lane: what the dissipation of condensed modes follows from.
+//! Repeated integrals of the forces on the interface points since the last node of each row, `z_1' = F`, `z_{k+1}' = z_k`, for one row or
+//! one in each lane. The dissipation of condensed modes follows from them.
 //!
 //! Within a step the forces are the slopes of the interpolated first integrals of the state, polynomials of the third degree. So nothing
 //! beyond the first integrals is read, and what is integrated here has no error but that of the forces.
@@ -25,7 +25,7 @@ pub(super) struct ForceIntegrals<R: Number> {
     forces: Vec<R>,
     /// Time of the next node of each lane, s.
     next_s: R,
-    /// Those of a lane.
+    /// Integrals of one lane.
     own: Vec<f64>,
 }
 
@@ -52,7 +52,7 @@ impl<R: Number> ForceIntegrals<R> {
         self.next_s.put(lane, &damping.node_s(0));
     }
 
-    /// Follows a step; at each node of a lane its integrals are shown, which gives the time of the next node, and begin anew.
+    /// Follows a step; at each node of a lane its integrals are shown, which gives the time of the next node, and begin again.
     pub fn follow(&mut self, taken: &Taken<'_, R>, mut at_node: impl FnMut(usize, &[f64]) -> f64) {
         let (mut from, mut first, mut begun) = (R::splat(0.0), true, R::Mask::default());
         loop {
@@ -78,12 +78,12 @@ struct Passage<'p, 't, R: Number> {
     from: R,
     /// Whether it is the first of the step.
     first: bool,
-    /// Lanes in which the integrals begin anew there.
+    /// Lanes in which the integrals begin again there.
     begun: R::Mask,
 }
 
 impl<R: Number> WithSimd for Passage<'_, '_, R> {
-    /// Where it ends, and which lanes are at a node there.
+    /// End of the interval, and the lanes that are at a node there.
     type Output = (R, R::Mask);
 
     #[inline(always)]
@@ -141,7 +141,7 @@ impl<R: Number> Passage<'_, '_, R> {
                     }
                 }
             } else {
-                // What goes on begins anew; the other lanes are at their ends already.
+                // Begin again for the next interval; the other lanes are at their ends already.
                 sum = sum.map(|sum| R::select(self.begun, R::splat(0.0), sum));
             }
             let to = &mut values[own(k - 1)];

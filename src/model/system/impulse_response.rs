@@ -61,7 +61,7 @@ pub(super) fn rate(omega_squared: f64, damping: f64) -> f64 {
     omega_squared.sqrt().max(decay + (decay * decay - omega_squared).max(0.0).sqrt())
 }
 
-/// Those of all modes.
+/// Rates of all modes.
 fn rates(modes: &Modes) -> impl Iterator<Item = f64> {
     modes.omega_squared.iter().zip(&modes.damping).map(|(omega_squared, damping)| rate(*omega_squared, *damping))
 }
@@ -77,7 +77,7 @@ fn fastest(modes: &Modes) -> f64 {
 pub(super) struct Collocation(DMatrix<f64>);
 
 impl Collocation {
-    /// That for `gamma_1` to `gamma_count`, of which the equation gives all but the first.
+    /// Coefficients for `gamma_1` to `gamma_count`; the equation gives all except the first.
     pub fn new(count: usize) -> Self {
         let sought = count.saturating_sub(1);
         let point = |i: usize| 0.5 - 0.5 * libm::cos((i as f64 + 0.5) * std::f64::consts::PI / sought as f64);
@@ -121,7 +121,7 @@ pub(super) struct Condensation {
     /// Largest magnitude of an eigenvalue of a mode, rad/s.
     pub fastest_rad_s: f64,
     points: usize,
-    /// The modes in groups, the fastest first; all but the last are of whole blocks.
+    /// The modes in groups, the fastest first; all except the last are of whole blocks.
     pub groups: Vec<Group>,
     /// The modes, several together; those that fill the last block up are zero.
     pub blocks: Vec<ModeBlock>,
@@ -130,7 +130,7 @@ pub(super) struct Condensation {
     /// The same by modes, those of a mode at all points one after the other, and what the series of its free motion is made of.
     pub shapes_by_mode: Vec<f64>,
     pub series: Vec<Series>,
-    /// Their `omega^2`.
+    /// `omega^2` of the modes.
     pub stiffness: Vec<f64>,
     /// Indices among the given modes.
     pub numbers: Vec<usize>,
@@ -144,7 +144,7 @@ pub(super) struct Group {
     pub modes: Range<usize>,
     /// Age from which on they do not last until the next rebase of all, s.
     pub patience_s: f64,
-    /// Their own `Gamma_k[n, m]`, by `k`, then `m`, then `n`.
+    /// `Gamma_k[n, m]` of the modes, by `k`, then `m`, then `n`.
     pub kernel: Vec<f64>,
 }
 
@@ -156,7 +156,7 @@ pub(super) struct ModeBlock {
     pub gamma: [Lanes; GAMMAS],
 }
 
-/// A mode of a group: its number among those of the structure, and its impulse response over the group's horizon.
+/// A mode of a group: its index in the structure, and its impulse response over the group's horizon.
 struct Member {
     mode: usize,
     gamma: [f64; GAMMAS],
@@ -254,7 +254,7 @@ impl Condensation {
         self.points
     }
 
-    /// What motion of the points follows from.
+    /// Kernel of the motion of the points.
     pub fn kernel(&self) -> &Kernel<f64> {
         &self.kernel
     }

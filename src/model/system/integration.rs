@@ -1,4 +1,4 @@
-//! The coupled system as the integrator sees it.
+//! The coupled system as a system for the integrator.
 
 use std::ops::Range;
 

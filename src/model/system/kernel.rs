@@ -29,7 +29,7 @@ macro_rules! for_points {
 
 pub(super) use for_points;
 
-/// What motion of the points follows from, of one row or of one in each lane.
+/// Kernel of the motion of the points, for one row or one row in each lane.
 #[derive(Debug, Clone)]
 pub(super) struct Kernel<R> {
     pub points: usize,

@@ -1,4 +1,4 @@
-//! Rows of one shape side by side.
+//! Rows of one shape in lanes.
 
 use std::mem::{Discriminant, discriminant};
 use std::ops::Range;
@@ -27,7 +27,7 @@ pub struct Shape {
     laws: Vec<Discriminant<ContactLaw>>,
 }
 
-/// Properties of a part that rows must share. Condensed modes are no states: rows may differ in their number.
+/// Properties of a part that rows must share. Condensed modes are not states: rows may differ in their number.
 #[derive(Debug, Clone, PartialEq)]
 struct PartShape {
     id: PartId,
@@ -97,7 +97,7 @@ impl<R: Number> CoupledLanes<R> {
         self.rebased(lane);
     }
 
-    /// Begins to follow what the row in a lane dissipates.
+    /// Begins to follow the dissipation of a lane's row.
     fn begin(&mut self, lane: usize) {
         for (part, moments) in &mut self.moments {
             let condensed = self.rows[lane].blocks[*part].condensed();

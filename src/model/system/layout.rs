@@ -1,4 +1,4 @@
-//! Where each quantity lives in the state vector.
+//! Positions of the quantities in the state vector.
 //!
 //! `y = [flexible | positions (b) | flexible' | velocities (b) | pressures (4 N) | quadratures]`. Blocks of flexible parts have states in
 //! two places: modal displacements and velocities or, condensed, the integrals of the forces on their points and nothing. Rigid
@@ -45,7 +45,7 @@ impl CastingQuadrature {
     const COUNT: usize = 3;
 }
 
-/// Quadratures of one hammer, those of its chambers included.
+/// Quadratures of one hammer, including its chambers.
 const PER_HAMMER: usize = HammerQuadrature::COUNT + 2 * chamber::COUNT;
 // Those of its own and either kind of its chambers' are equally many: a right-hand side writes them as three arrays.
 const _: () = assert!(HammerQuadrature::COUNT == chamber::COUNT);
@@ -53,7 +53,7 @@ const _: () = assert!(HammerQuadrature::COUNT == chamber::COUNT);
 /// Sizes and offsets of the state vector.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Layout {
-    /// Numbers of states of the flexible blocks: in the place of displacements, in the place of velocities.
+    /// Numbers of states of the flexible blocks: in place of displacements, in place of velocities.
     pub flexible: [usize; 2],
     /// Coordinates of the rigid parts.
     pub bodies: usize,
@@ -64,7 +64,7 @@ pub struct Layout {
 }
 
 impl Layout {
-    /// States of flexible blocks in the place of displacements.
+    /// States of flexible blocks in place of displacements.
     #[inline]
     pub fn flexible_displacements(&self) -> Range<usize> {
         0..self.flexible[0]
@@ -76,7 +76,7 @@ impl Layout {
         self.flexible[0] + body
     }
 
-    /// States of flexible blocks in the place of velocities.
+    /// States of flexible blocks in place of velocities.
     #[inline]
     pub fn flexible_velocities(&self) -> Range<usize> {
         let start = self.velocities();
@@ -89,7 +89,7 @@ impl Layout {
         self.velocities() + self.flexible[1] + body
     }
 
-    /// Where the states in the place of velocities begin.
+    /// Begin of the states that replace velocities.
     #[inline]
     pub fn velocities(&self) -> usize {
         self.flexible[0] + self.bodies
@@ -107,7 +107,7 @@ impl Layout {
         self.velocity(self.bodies) + chamber::COUNT * self.hammers
     }
 
-    /// All quadratures of hammer `hammer`: its own in the order of [`HammerQuadrature`], then those of its chambers.
+    /// All quadratures of hammer `hammer`: its own in the order of [`HammerQuadrature`], then its chambers'.
     #[inline]
     pub fn hammer_quadratures(&self, hammer: usize) -> Range<usize> {
         let start = self.quadrature(hammer, HammerQuadrature::Work);
@@ -119,8 +119,8 @@ impl Layout {
         self.states() + PER_HAMMER * hammer + quantity as usize
     }
 
-    /// What the chambers of hammer `hammer` were supplied with by their own equations,
-    /// `int (R T (a_in m_in - a_out m_out) - (a - 1) P dV/dt) dt`, J.
+    /// Energy supplied to the chambers of hammer `hammer` by their own equations, `int (R T (a_in m_in - a_out m_out) - (a - 1) P dV/dt)
+    /// dt`, J.
     pub fn chambers_supplied(&self, hammer: usize) -> Range<usize> {
         let start = self.states() + PER_HAMMER * hammer + HammerQuadrature::COUNT;
         start..start + chamber::COUNT
@@ -150,7 +150,7 @@ impl Layout {
         self.casting_quadratures().end
     }
 
-    /// Energy dissipated, J; what condensed modes dissipate is not part of it.
+    /// Dissipated energy, J, without condensed modes.
     pub fn dissipated(&self) -> usize {
         self.work_in() + 1
     }

@@ -1,25 +1,25 @@
 //! The coupled system: structure, hammers and castings joined by sparse blocks.
 //!
 //! - `points`: rows of the points of the parts, by id
-//! - `layout`: where each quantity lives in the state vector
+//! - `layout`: positions of the quantities in the state vector
 //! - `elements`: springs and one-sided contacts as sparse rows
-//! - `block`: how the coordinates of a part move, one block per part
-//! - `assemble`: from a scene and the machine's modes to a model (the only part that knows more of scenes than ids and links)
+//! - `block`: equations of motion of a part, one block per part
+//! - `assemble`: builds a model from a scene and the machine's modes (only this part uses more of scenes than ids and links)
 //! - `model`: constants of the coupled system
 //! - `products`: products of short vectors
 //! - `modal`: modes of a flexible part, integrated, and masses tied to its points
 //! - `kernel`: motion of points from integrals of the forces on them
 //! - `pairs`: numbers of some modes in registers
-//! - `octave`: groups of modes by how fast they are, and the free motion of slower ones between their own rebases
+//! - `octave`: groups of modes by frequency, and the free motion of slower ones between their own rebases
 //! - `impulse_response`, `base`: impulse-response condensation of the modes to their points, and the modes at a rebase
-//! - `moments`, `dissipation`: repeated integrals of the forces from node to node, and what condensed modes dissipate by them
-//! - `placed`: the structure's modes as scenes at one place share them
+//! - `moments`, `dissipation`: repeated integrals of the forces from node to node, and the dissipation of condensed modes
+//! - `placed`: the structure's modes, shared by scenes with one placement
 //! - `discrete`: contacts, supplies and gates
 //! - `coupled`: the model with its discrete state
 //! - `motion`: motion of points and elements, forces and energies at a state
-//! - `rates`: the right-hand side, of one row or of one in each lane
+//! - `rates`: the right-hand side, for one row or one in each lane
 //! - `lanes`: rows of one shape side by side
-//! - `integration`: the system as the integrator sees it
+//! - `integration`: the system for the integrator
 
 mod assemble;
 mod block;

@@ -19,7 +19,7 @@ pub(super) struct Modes {
 pub(super) struct Motion<'a, R> {
     pub displacement: &'a mut [R],
     pub velocity: &'a mut [R],
-    /// Of the first points only, as many as are asked for.
+    /// Of the first points only, as many as are requested.
     pub acceleration: &'a mut [R],
 }
 
@@ -192,7 +192,7 @@ impl<R: Number> MassShares<R> {
 mod tests {
     use super::*;
 
-    /// Sharing forces gives what the full matrix gives: `(I + sum m phi phi')^-1 (a + Phi F)`.
+    /// Sharing forces gives the result of the full matrix: `(I + sum m phi phi')^-1 (a + Phi F)`.
     #[test]
     fn analytic_low_rank_update() {
         let phi = DMatrix::from_fn(5, 4, |i, j| ((3 * i + 7 * j) as f64 * 0.37).sin());

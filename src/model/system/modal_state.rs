@@ -1,4 +1,4 @@
-//! Condensed modes at their last rebase: their free motion from there, their energy, what they dissipate, and the next rebase.
+//! Condensed modes at their last rebase: free motion, energy, dissipation, and the next rebase.
 
 use std::ops::Range;
 
@@ -10,7 +10,7 @@ use crate::system::rebase_group::{Falling, Integrals, Parts, Passed, RebaseGroup
 use crate::system::register_pair::{RegisterPair, fused, pair, product, put_pair, unrolled};
 use decore_math::number::{Number, OverArrays, in_widest, load, store};
 
-/// The modes at the last rebase, and what follows from them.
+/// Modes at the last rebase, and constants that follow from them.
 #[derive(Debug, Clone)]
 pub(super) struct ModalState {
     /// Time of the rebase, s.
@@ -24,8 +24,7 @@ pub(super) struct ModalState {
     pub free: Vec<Free<f64>>,
 }
 
-/// Some modes of a block, what moves them, and the time that has passed since the own base of their group: terms of the time, and
-/// the integrals.
+/// Some modes of a block with their loads, and the time since the own base of their group: terms of the time, and the integrals.
 #[derive(Clone, Copy)]
 struct Mover<'m> {
     base: &'m ModalState,
@@ -39,8 +38,7 @@ impl<'m> Mover<'m> {
         &self.condensation.blocks[at]
     }
 
-    /// What moves modes of block `at` from mode `first` on, besides the forces: an impulse and a constant force that stand for their
-    /// velocity and displacement.
+    /// Loads of the free motion of block `at` from mode `first` on: an impulse and a constant force that replace velocity and displacement.
     #[inline(always)]
     fn free_loads<W: Number>(&self, (at, first): (usize, usize)) -> [RegisterPair<W>; 2] {
         let (impulse, displacement) = (pair(&self.base.velocity[at], first), pair(&self.base.displacement[at], first));
@@ -82,7 +80,7 @@ impl<'m> Mover<'m> {
         [displacement, velocity]
     }
 
-    /// Their velocity alone.
+    /// Velocity only.
     #[inline(always)]
     fn velocity<W: Number, const P: usize>(&self, (at, first): (usize, usize)) -> RegisterPair<W> {
         let (block, points) = (self.block(at), if P > 0 { P } else { self.condensation.points() });
@@ -108,7 +106,7 @@ pub struct Since<'z> {
     pub z: &'z [f64],
 }
 
-/// Where coefficients of the free motion begin.
+/// Begin of the coefficients of the free motion.
 #[derive(Clone, Copy)]
 struct First {
     point: usize,
@@ -224,7 +222,7 @@ impl ModalState {
         }
     }
 
-    /// Writes the free motion of the points: that of all groups.
+    /// Writes the free motion of the points from all groups.
     #[inline(always)]
     fn gather(&mut self) {
         for (point, free) in self.free.iter_mut().enumerate() {
@@ -237,7 +235,8 @@ impl ModalState {
         }
     }
 
-    /// Brings the modes to time `t`, those of slower groups where they would not last until the next rebase, and writes the free motion of the
+    /// Brings the modes to time `t`, those of slower groups where they would not last until the next rebase, and writes the free motion of
+    /// the
     /// points from there.
     #[inline(always)]
     fn rebase_points<W: Number, Q: Number>(&mut self, condensation: &Condensation, t: f64, z: &[f64]) {
@@ -313,7 +312,7 @@ struct Moment<'e> {
 }
 
 impl Moment<'_> {
-    /// A power or an energy of all modes: the sum of what `M` gives of each.
+    /// A power or an energy of all modes: the sum of `M` over the modes.
     #[inline(always)]
     fn total<W: Number, const P: usize, M: OfModes>(&self) -> f64 {
         let Self { base, condensation, t, z } = self;

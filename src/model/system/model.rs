@@ -14,17 +14,17 @@ use crate::system::points::Points;
 /// One hammer within the coupled system.
 #[derive(Debug, Clone)]
 pub struct HammerSlot {
-    /// Its name.
+    /// Name of the hammer.
     pub name: String,
-    /// Its constants.
+    /// Constants of the hammer.
     pub model: HammerModel,
     /// Columns of its bodies; a tied guide has the column of its mount.
     pub points: [usize; body::COUNT],
     /// Column of its mount.
     pub mount: usize,
-    /// Its contact with the casting.
+    /// Contact with the casting.
     pub strike: usize,
-    /// Its contact of piston and chisel.
+    /// Contact of piston and chisel.
     pub percussion: usize,
     /// Casting that it strikes.
     pub casting: usize,
@@ -83,7 +83,7 @@ pub struct CoupledModel {
     pub(super) scales: Vec<f64>,
     /// Components of the state that each contact's guard depends on.
     pub(super) supports: Vec<Vec<usize>>,
-    /// Penetration (its offset not subtracted) and rate of each contact as sums of components; `None` where a point of a flexible
+    /// Penetration (its offset not subtracted) and rate of each contact as sums of components; `None` if a point of a flexible
     /// part takes part.
     pub(super) sums: Vec<Option<WeightedPair>>,
     pub(super) ambient_pressure_pa: f64,
@@ -158,7 +158,7 @@ impl CoupledModel {
         }
     }
 
-    /// Penetration of a contact, its offset not subtracted, and its rate as sums of components of the state; `None` where a point of a
+    /// Penetration of a contact, its offset not subtracted, and its rate as sums of components of the state; `None` if a point of a
     /// flexible part takes part.
     pub fn contact_sums(&self, contact: usize) -> Option<&[Vec<(usize, f64)>; 2]> {
         self.sums[contact].as_ref()
@@ -196,7 +196,7 @@ impl CoupledModel {
         &self.initial
     }
 
-    /// Displacement and velocity of a point as sums of components of the state; `None` where it follows condensed modes.
+    /// Displacement and velocity of a point as sums of components of the state; `None` if it follows condensed modes.
     pub fn point_sums(&self, point: PointId) -> Option<[Vec<(usize, f64)>; 2]> {
         let mut sums: WeightedPair = Default::default();
         if let Some((place, at)) = self.watched(point) {

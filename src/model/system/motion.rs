@@ -185,7 +185,7 @@ impl Coupled {
         stored - law.stored_energy(at_rest) - rest_force_n * (d - at_rest)
     }
 
-    /// Energy dissipated up to a state within or at the end of the last step, J, what opening contacts released included.
+    /// Energy dissipated up to a state within or at the end of the last step, J, including energy released by opening contacts.
     pub fn dissipated_energy(&self, t: f64, y: &[f64]) -> f64 {
         let model = &self.model;
         let own = y[model.layout.dissipated()] + self.released_energy_j;

@@ -1,4 +1,4 @@
-//! The structure's modes at the interface points of scenes at one place, and what follows from them alone.
+//! The structure's modes at the interface points of one placement, and constants that follow from them.
 
 use std::collections::BTreeMap;
 use std::ops::Deref;
@@ -66,7 +66,7 @@ pub(super) struct Excited {
 pub(super) struct Watched {
     /// The points.
     pub points: Vec<PointId>,
-    /// Their mode shapes: modes x points.
+    /// Mode shapes: modes x points.
     pub shapes: DMatrix<f64>,
 }
 
@@ -77,11 +77,11 @@ pub struct Residual {
     pub flexibility: DMatrix<f64>,
     /// Motion of the watched points in m/N: watched points x points that links join.
     pub watched: DMatrix<f64>,
-    /// Local flexibility of each point in m/N, whatever is left out: what a contact's stiffness may include.
+    /// Local flexibility of each point in m/N, including left-out modes: the part that a contact's stiffness may include.
     pub local: Vec<f64>,
 }
 
-/// Modes that the scenes at one place share, with what the first of them found: later ones find the same.
+/// Modes that scenes with one placement share, with results of the first scene for later ones.
 #[derive(Debug)]
 pub struct PlacedModes {
     interface: InterfaceModes,

@@ -1,5 +1,5 @@
-//! Products of short vectors, written so that the compiler puts them into the widest registers of where they are inlined.
-//! The order of sums is fixed: results are the same with registers of any width.
+//! Products of short vectors, written for the widest registers of the place where they are inlined. The order of sums is fixed, so
+//! results are the same with registers of any width.
 
 use nalgebra::DMatrix;
 

@@ -30,7 +30,7 @@ struct Hammer<R: Number> {
     mount: usize,
     constants: HammerConstants<R>,
     supply_pa: R,
-    /// Whether the supply has been switched off: what then flows back does not return to it.
+    /// Whether the supply has been switched off: returning flow then does not enter it.
     vented: R::Mask,
     gate_open: R::Mask,
 }
@@ -61,7 +61,7 @@ struct Contact<R: Number> {
 /// while here an entry has a number per lane, two vectors are met in one pass, and a row is applied as soon as its force is known.
 #[derive(Debug, Clone)]
 struct ElementRows<R> {
-    /// Where each row begins, and the last ends.
+    /// Begin of each row, and end of the last one.
     begins: Vec<usize>,
     columns: Vec<usize>,
     coefficients: Vec<R>,
@@ -306,7 +306,7 @@ impl<R: Number> Rates<R> {
             rate[layout.pressures(h)].copy_from_slice(&rates.pressure_rate);
             // In arrays of a known length what was evaluated goes to memory once.
             if let ([own, supplied, expansion], []) = rate[layout.hammer_quadratures(h)].as_chunks_mut() {
-                // What flows back into a line that is vented does not return to the supply.
+                // Flow into a vented line does not return to the supply.
                 own[HammerQuadrature::Air as usize] = R::select(hammer.vented, none, rates.supply_flow_kg_s);
                 let arm = velocities[hammer.mount];
                 own[HammerQuadrature::ArmVelocitySquared as usize] = arm * arm;

@@ -1,8 +1,8 @@
-//! Groups of modes by how fast they are: slower ones are brought to the time of the base less often.
+//! Groups of modes by frequency: slower modes are rebased less often.
 //!
 //! A base holds for one horizon, in which the fastest mode turns by 4 rad. Modes of a half, a quarter or an eighth of its frequency
 //! keep a base of their own for twice, four or eight times as long. At the bases in between, a group's part of the free motion of
-//! the points is only written anew, as a polynomial of the time from there. With `d_j[n]` its derivatives at the base, `D` the time
+//! the points is only written again, as a polynomial of the time from there. With `d_j[n]` its derivatives at the base, `D` the time
 //! from the base to the next, `z` the integrals of the forces over it and the group's own `Gamma`:
 //!
 //! ```text
@@ -23,9 +23,9 @@ pub(super) const WIDTH: usize = 16;
 /// Angle in rad by which modes of a slower group may turn between two of its own rebases: less than what the fastest modes may, as
 /// slower ones move more. Their impulse responses err by 3e-9 there, close to critical damping by 3e-8.
 const TURN_RAD: f64 = 3.0;
-/// How many horizons slower groups may last.
+/// Numbers of horizons that slower groups may last.
 const FACTORS: [f64; 3] = [2.0, 4.0, 8.0];
-/// Points up to which modes are grouped: what a group's bases in between cost grows as the square of their number.
+/// Largest number of points for groups: the cost of a group's intermediate bases grows with its square.
 const MOST_POINTS: usize = 8;
 
 /// `tau^k / k!` from 0 on.
@@ -67,7 +67,7 @@ pub(super) fn splat<R: Number, const N: usize>(value: f64) -> [R; N] {
 pub(super) struct Group {
     /// The modes, by falling rate.
     pub modes: Range<usize>,
-    /// How many horizons they last.
+    /// Number of horizons that they last.
     pub factor: f64,
 }
 
@@ -110,7 +110,7 @@ impl Integrals {
     pub const NONE: Self = Self([0.0; ROOM / 2]);
 }
 
-/// What a group's modes make of the points between two of its own rebases.
+/// Motion of the points by a group's modes between two of its own rebases.
 #[derive(Debug, Clone)]
 pub(super) struct RebaseGroup {
     /// Time from the group's own base to the base of all, s.
@@ -121,11 +121,11 @@ pub(super) struct RebaseGroup {
     pub derivatives: Vec<ByOrder>,
 }
 
-/// What has passed from one base of all to the next.
+/// Changes from one common base to the next.
 pub(super) struct Passed<'p> {
     /// The time between them, s.
     pub tau: f64,
-    /// Its scaled powers.
+    /// Scaled powers of the time.
     pub terms: &'p Terms,
     /// The integrals of the forces.
     pub z: &'p [f64],
@@ -170,7 +170,7 @@ impl RebaseGroup {
         &own[..count]
     }
 
-    /// The group's own base is that of all from now on: its integrals, which are not read then, begin anew with the next base of all.
+    /// The group's own base is that of all from now on: its integrals, which are not read then, begin again with the next base of all.
     pub fn begin(&mut self) {
         self.since_s = 0.0;
     }
@@ -233,7 +233,7 @@ impl Falling {
     }
 }
 
-/// Those from `first` on.
+/// Parts from `first` on.
 #[inline(always)]
 fn parts<Q: Number>(numbers: &ByOrder, first: usize) -> Parts<Q> {
     [load(numbers, first), load(numbers, first + Q::LANES), load(numbers, first + 2 * Q::LANES)]

@@ -6,7 +6,7 @@ use decore_math::number::{Number, load, store};
 /// Some registers of a block's modes, whose sums hide each other's latency.
 pub(super) type RegisterPair<W> = [W; 2];
 
-/// Those of numbers of a block's modes from mode `first` on.
+/// Numbers of a block's modes from mode `first` on.
 #[inline(always)]
 pub(super) fn pair<W: Number>(lanes: &Lanes, first: usize) -> RegisterPair<W> {
     [load(lanes, first), load(lanes, first + W::LANES)]

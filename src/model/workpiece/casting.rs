@@ -7,8 +7,8 @@ use super::elastic::CastingStructureEntry;
 use crate::parameter::parameters;
 
 parameters! {
-    /// Spring and damper between a point of a casting and a node of the structure; one-sided, a pad on which the casting lies; with a
-    /// force, a clamp.
+    /// Spring and damper between a point of a casting and a node of the structure. A one-sided fixture is a pad; a fixture with a force is
+    /// a clamp.
     #[derive(Serialize)]
     pub struct Fixture from FixtureEntry {
         own {
@@ -18,39 +18,39 @@ parameters! {
             pub point: String,
         }
         typed {
-            /// Interface point that carries it.
+            /// Interface point to which it is fixed.
             pub point: String,
         }
-        /// Where it holds the casting, x and y from the casting's centre of mass.
+        /// Point where the fixture holds the casting, x and y from the casting's centre of mass.
         pub at_m: [f64; 2], "m", [finite] usual [-10, 10], "default: above its interface point";
         /// Stiffness `k_T`.
         pub stiffness_n_per_m: f64 = 3e7, "N/m", [> 0] usual [1e5, 1e11], "the paper's rig";
         /// Damping `c_T`.
         pub damping_n_s_per_m: f64 = 4000.0, "N s/m", [>= 0] usual [0, 1e6], "the paper's rig";
-        /// Whether it only pushes, as a pad does: `F = max(0, F_0 + k_T d + c_T d')`, d the approach since rest, `F_0` its share of the
+        /// Whether it only pushes, like a pad: `F = max(0, F_0 + k_T d + c_T d')`, d the approach since rest, `F_0` its share of the
         /// casting's weight and of the clamps. The casting lifts off where F reaches 0.
         pub one_sided: bool = false, "", [choice], "false";
-        /// Force of a clamp, which presses the casting onto its one-sided fixtures. `stiffness_n_per_m` and `damping_n_s_per_m` do not count.
+        /// Force of a clamp, which presses the casting onto its one-sided fixtures. Ignores `stiffness_n_per_m` and `damping_n_s_per_m`.
         pub clamp_force_n: f64 = 0.0, "N", [>= 0] usual [0, 1e5], "no clamp";
-        /// Stiffness of a clamp with a spring; 0: its force is constant, as a cylinder's is.
+        /// Stiffness of a clamp with a spring. 0: constant force, as of a cylinder.
         pub clamp_stiffness_n_per_m: f64 = 0.0, "N/m", [>= 0] usual [0, 1e9], "constant force";
     }
 }
 
 parameters! {
-    /// A point of a casting at which a core sits: its velocity is an output, and it costs no state.
+    /// A point of a casting at a core. Its velocity is an output, and it costs no state.
     #[derive(Serialize)]
     pub struct CorePoint from CorePointEntry {
         own {
             /// Name as in the study.
             pub name: String,
         }
-        /// Where it is, x, y and z from the casting's centre of mass. For a rigid casting z does not matter.
+        /// Position x, y and z from the casting's centre of mass. For a rigid casting z does not matter.
         pub at_m: [f64; 3], "m", [finite] usual [-10, 10], "default: at the centre of mass";
     }
 }
 
-/// What a scene knows of an elastic casting. Its modes come beside the scene, see [`crate::system::PlacedModes`].
+/// Elastic casting of a scene. Its modes are separate, see [`crate::system::PlacedModes`].
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Elastic {
     /// Whether the stiffness of the chisel's contact includes the local flexibility of the casting.
@@ -65,15 +65,15 @@ parameters! {
         own {
             /// Name as in the study.
             pub name: String,
-            /// Its fixtures; at least one.
+            /// Fixtures; at least one.
             pub fixtures: Vec<Fixture>,
             /// Core points; their velocity is watched.
             pub cores: Vec<CorePoint>,
-            /// How it bends; `None` for a rigid casting.
+            /// Elasticity; `None` for a rigid casting.
             pub elastic: Option<Elastic>,
         }
         required {
-            /// Mass; of an elastic casting within 1 % of that of its matrices.
+            /// Mass. For an elastic casting it must be within 1 % of the mass of its matrices.
             pub mass_kg: f64, "kg", [> 0] usual [0.05, 1000], "no default";
         }
         /// Centre of mass in the machine's plane, x and y.
@@ -82,7 +82,7 @@ parameters! {
         pub size_m: Option<[f64; 2]>, "m", [> 0] usual [0.01, 10], "default: unlimited, no hammer can miss it";
         /// Moments of inertia about x (rotation `tx`, driven by offsets in y) and y (rotation `ty`, driven by offsets in x).
         pub inertia_kg_m2: Option<[f64; 2]>, "kg m2", [> 0] usual [1e-6, 1e4], "needed only where it can rotate (struck, held or measured off its centre)";
-        /// Where its velocity is also reported, x and y from the centre of mass.
+        /// Point whose velocity is reported too, x and y from the centre of mass.
         pub measuring_point_m: Option<[f64; 2]>, "m", [finite] usual [-10, 10], "default: at the centre only";
         typed_last {
             /// Fixtures by name; at least one.

@@ -1,4 +1,4 @@
-//! The finite element model of an elastic casting as a study describes it.
+//! Settings of an elastic casting's finite element model in a study.
 
 use serde::Serialize;
 
@@ -7,7 +7,7 @@ use crate::structure::Damping::{self, Ratio};
 use crate::structure::{MatrixFormat, Units};
 
 parameters! {
-    /// Finite element model of an elastic casting: matrices without supports, z up, and what is kept of them.
+    /// Finite element model of an elastic casting: matrices without supports, z up, and the settings of its reduction.
     ///
     /// Hammers strike the upper surface at their strike points, fixtures hold the lower surface at `at_m`; each of these points is an area,
     /// all nodes within `point_radius_m`.
@@ -16,14 +16,14 @@ parameters! {
         typed {
             /// Stiffness matrix, plain or gzip, relative to the study.
             pub stiffness_file: String,
-            /// Mass matrix, plain or gzip, relative to the study. It may be the file of the stiffness where a format keeps several
-            /// matrices in one.
+            /// Mass matrix, plain or gzip, relative to the study. If the format stores several matrices in one file, it may be the
+            /// stiffness file.
             pub mass_file: String,
-            /// List of what the rows of the matrices stand for, as for the machine. Needed unless the matrices or `dofs_per_node` give
-            /// node and direction of each row.
+            /// List of the node and direction of each row of the matrices, as for the machine. Required unless the matrices or
+            /// `dofs_per_node` give them.
             #[serde(skip_serializing_if = "Option::is_none")]
             pub dof_file: Option<String>,
-            /// Coordinates of nodes in the unit of the matrices, as for the machine. Needed unless another file has them.
+            /// Coordinates of nodes in the unit of the matrices, as for the machine. Required unless another file has them.
             #[serde(skip_serializing_if = "Option::is_none")]
             pub nodes_file: Option<String>,
             /// Format of the matrices. Default: as for the machine.
@@ -41,8 +41,8 @@ parameters! {
             /// Name of the mass in a file of several matrices. Default `MAAX`.
             #[serde(skip_serializing_if = "Option::is_none")]
             pub mass_name: Option<String>,
-            /// Whether the stiffness of the contact between chisel and casting includes the local flexibility of the casting, as that of
-            /// the paper's rig does. Otherwise the flexibility is added to the contact. Default true.
+            /// Whether the stiffness of the contact between chisel and casting includes the local flexibility of the casting, as in the
+            /// paper. Otherwise the flexibility is added to the contact. Default true.
             #[serde(skip_serializing_if = "Option::is_none")]
             pub contact_includes_casting: Option<bool>,
         }
@@ -50,7 +50,7 @@ parameters! {
         pub cutoff_hz: f64 = 10_000.0, "Hz", [> 0] usual [500, 50_000], "what contacts of 100 us excite";
         /// Modal damping ratio of the elastic modes: one for all, or a list.
         pub damping_ratio: Damping = Ratio(0.005), "1", [>= 0, < 1], "assumed";
-        /// Radius of the areas that stand for strike points, fixtures and core points.
+        /// Radius of the areas of strike points, fixtures and core points.
         pub point_radius_m: f64 = 0.01, "m", [> 0] usual [0.001, 0.1], "assumed: the tip of a chisel";
     }
 }

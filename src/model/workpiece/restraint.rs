@@ -1,8 +1,8 @@
-//! Which rotations a casting needs, and whether its fixtures hold it.
+//! Rotations that a casting needs, and the check that its fixtures hold it.
 
 use super::casting::Casting;
 
-/// Why a casting cannot be simulated.
+/// Reason why a casting cannot be simulated.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
 pub enum WorkpieceError {
     /// A rotation is active, but no inertia is given.

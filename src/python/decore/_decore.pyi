@@ -52,57 +52,57 @@ class _HasKeys(Protocol):
 _Frame: TypeAlias = Any
 
 class Error(Exception):
-    """What decore raises; all its exceptions are of this class."""
+    """Base class of decore's exceptions."""
 
 class StudyError(Error):
-    """A study is wrong."""
+    """A study has errors."""
 
     problems: list[Problem]
-    """Its faults, by place; none where the file could not be read."""
+    """Its problems, by place; none if the file could not be read."""
 
 class MachineError(Error):
     """A machine's files cannot be read, or the machine cannot be reduced."""
 
 class DatasetError(Error):
-    """A dataset cannot be written or read, or lacks what is asked for."""
+    """A dataset cannot be written or read, or lacks the requested data."""
 
 class SweepError(Error):
-    """Rows could not be run or stored; what is done is kept."""
+    """Rows could not be run or stored. Finished rows are kept."""
 
 class StudyWarning(UserWarning):
-    """What about a study is possible but unlikely."""
+    """Possible but unlikely values of a study."""
 
 class PredictionWarning(UserWarning):
-    """What of a prediction cannot be relied on: rows that are extrapolated, poor models."""
+    """Unreliable predictions: extrapolated rows, poor models."""
 
 @final
 class Problem:
-    """One fault of a study."""
+    """One problem of a study."""
 
     @property
     def file(self) -> str:
-        """Name of the file, or the value set over it."""
+        """Name of the file, or the override."""
     @property
     def line(self) -> int | None:
-        """Line, from 1; none where the fault belongs to no line."""
+        """Line, from 1; none if the problem has no line."""
     @property
     def column(self) -> int | None:
         """Column in characters, from 1."""
     @property
     def key(self) -> str:
-        """Path of the key; empty for a fault of syntax."""
+        """Path of the key; empty for a syntax error."""
     @property
     def message(self) -> str:
-        """What is wrong."""
+        """The problem."""
     @property
     def expected(self) -> str | None:
-        """What was expected, where that is not part of the message."""
+        """Expected value, if it is not part of the message."""
     @property
     def suggestion(self) -> str | None:
         """The nearest known key or name."""
     @property
     def text(self) -> str:
-        """All of it as text, with the line of the file."""
+        """The whole problem as text, with the line of the file."""
 
 @final
 class Column:
@@ -116,11 +116,11 @@ class Column:
         """Unit; `1` for numbers without one, empty for texts."""
     @property
     def description(self) -> str:
-        """What it is."""
+        """Description of the column."""
 
 @final
 class Table:
-    """A table: pyarrow, polars, pandas, DuckDB and others take it by the Arrow stream protocol."""
+    """A table. pyarrow, polars, pandas, DuckDB and others can read it with the Arrow stream protocol."""
 
     @property
     def name(self) -> str:
@@ -136,7 +136,7 @@ class Table:
     def head(self, column: str, rows: int = 5) -> list[float | int | str | None]:
         """The first values of a column."""
     def to_numpy(self) -> dict[str, NDArray[Any]]:
-        """The columns as arrays of NumPy by their names: numbers that are not there are NaN, texts objects."""
+        """The columns as arrays of NumPy by their names: missing numbers are NaN, texts are objects."""
     def to_pandas(self, /) -> pandas.DataFrame:
         """The table as a pandas frame, with the units in `frame.attrs["units"]`."""
     def to_polars(self, /) -> polars.DataFrame:
@@ -147,7 +147,7 @@ class Table:
     def __getitem__(self, column: str, /) -> list[float | int | str | None]:
         """The values of a column; no library is needed."""
     def __contains__(self, column: object, /) -> bool:
-        """Whether there is a column of this name."""
+        """Whether a column has this name."""
     def __iter__(self, /) -> Iterator[dict[str, Any]]:
         """The rows as dicts."""
     def _repr_html_(self) -> str: ...
@@ -156,32 +156,32 @@ class Table:
 
 @final
 class Row:
-    """How a row ended, and its tables."""
+    """A simulated row: its status and its tables."""
 
     @property
     def status(self) -> Literal["done", "audit_failed", "invalid", "diverged", "budget_exhausted"]:
-        """How it ended."""
+        """Status of the row."""
     @property
     def reason(self) -> str:
-        """Why the row is not done; empty if it is."""
+        """Reason why the row is not done; empty if it is."""
     @property
     def wall_time_s(self) -> float:
-        """Time that it took, in s."""
+        """Wall time of the run in s."""
     @property
     def runs(self) -> Table:
-        """Its row of the table of runs."""
+        """Row of the table of runs."""
     @property
     def blows(self) -> Table:
-        """Its blows."""
+        """Blows of the row."""
     @property
     def signals(self) -> Table | None:
-        """Its signals; none unless they were asked for and the row could be simulated."""
+        """Signals; none unless you asked for them and the row could be simulated."""
     @property
     def study(self) -> Study:
-        """Its study."""
+        """Study of the row."""
     @property
     def index(self) -> int | None:
-        """Its place in the design; none for values of factors."""
+        """Row number in the design; none for your own values of factors."""
     def keys(self) -> list[str]:
         """Names of the columns of the table of runs."""
     def to_dict(self, /) -> dict[str, float | int | str | None]:
@@ -202,13 +202,13 @@ class Factor:
         """Name as in the study."""
     @property
     def unit(self) -> str | None:
-        """Its unit, if the study names one."""
+        """Unit, if the study gives one."""
     @property
     def paths(self) -> list[str]:
         """Paths of the study that it drives."""
     @property
     def values(self) -> list[_Value]:
-        """The values that it chooses from; empty for a range."""
+        """Possible values; empty for a range."""
     @property
     def range(self) -> tuple[float, float] | None:
         """The ends of its range; none for texts and derived factors."""
@@ -233,23 +233,23 @@ class Function:
         """Names of the outputs, the columns of Y."""
     @property
     def bounds(self) -> Sequence[tuple[float, float]]:
-        """The ends of each factor's range, as SciPy's optimisers take them."""
+        """The ends of each factor's range, for SciPy's optimisers."""
     def __call__(self, x: ArrayLike | _Frame, /) -> Any:
         """The outputs at the points of X, computed on several threads without holding the interpreter."""
 
 @final
 class Progress:
-    """How far a sweep is."""
+    """Progress of a sweep."""
 
     @property
     def rows(self) -> int:
-        """Rows that the dataset is to hold."""
+        """Number of rows of the complete dataset."""
     @property
     def done(self) -> int:
-        """Rows that are there, whatever their status."""
+        """Number of existing rows with any status."""
     @property
     def failed(self) -> int:
-        """Of these, rows with another status than done."""
+        """Number of existing rows that are not done."""
     @property
     def elapsed_s(self) -> float:
         """Time since the sweep was called, in s."""
@@ -258,11 +258,11 @@ class Progress:
         """Time left at this rate in s; none before the first row."""
     @property
     def ended(self) -> bool:
-        """Whether no more rows are run."""
+        """Whether the sweep has ended."""
 
 @final
 class Dataset:
-    """A dataset as it was when it was opened."""
+    """A dataset, as it was when you opened it."""
 
     @property
     def runs(self) -> Table:
@@ -275,7 +275,7 @@ class Dataset:
         """Wall time of each run."""
     @property
     def signals(self) -> Table | None:
-        """Means of signals, a row per instant of the runs whose signals the study keeps (`[outputs] signals`); None where it keeps none."""
+        """Means of signals, a row per instant of the runs with stored signals (`[outputs] signals`); None without them."""
     @property
     def folder(self) -> Path:
         """The folder."""
@@ -287,19 +287,19 @@ class Dataset:
         """Text of the study file."""
     @property
     def overrides(self) -> list[str]:
-        """The values set over the study's, `path=value`."""
+        """Overrides of the study, `path=value`."""
     @property
     def seed(self) -> int:
         """Seed of the design."""
     @property
     def rows(self) -> int:
-        """Rows that the dataset is to hold."""
+        """Number of rows of the complete dataset."""
     @property
     def rows_done(self) -> int:
-        """Rows that are there, whatever their status."""
+        """Number of existing rows with any status."""
     @property
     def rows_failed(self) -> int:
-        """Of these, rows with another status than done."""
+        """Number of existing rows that are not done."""
     def surrogate(
         self,
         outputs: str | Sequence[str] = (),
@@ -309,7 +309,7 @@ class Dataset:
     ) -> Surrogate:
         """Model the outputs, so that rows not run can be predicted, with intervals; as `decore surrogate`."""
     def __fspath__(self) -> str:
-        """A dataset is its folder where a path is taken."""
+        """Path of the folder, so that you can pass a dataset as a path."""
     def _fit(self, outputs: list[str], least_q2: float) -> Surrogate: ...
     def _repr_html_(self) -> str: ...
     def report(
@@ -409,7 +409,7 @@ class Dataset:
 
 @final
 class Surrogate:
-    """Models of the outputs of a dataset over its factors; `str` has them in words."""
+    """Models of the outputs of a dataset over its factors; `str` describes them in words."""
 
     def __new__(cls, file: _Path) -> Surrogate:
         """Reads the file of models that `save` or `decore surrogate --output` wrote."""
@@ -427,7 +427,7 @@ class Surrogate:
         """
     @property
     def warnings(self) -> list[str]:
-        """What cannot be relied on, a sentence each."""
+        """Warnings, a sentence each."""
     @property
     def json(self) -> str:
         """The models' figures as JSON (schemas/surrogate.schema.json)."""
@@ -437,7 +437,7 @@ class Surrogate:
 
 @final
 class Study:
-    """A study, held to its machine. The machine is reduced when the first row is run."""
+    """A study, checked against its machine. The machine is reduced when the first row runs."""
 
     def __new__(
         cls,
@@ -446,7 +446,7 @@ class Study:
         *,
         retries: int = ...,
     ) -> Study:
-        """Reads a study file, with values set over its own by their paths: `{"hammer.left.supply_bar": 4.5}`.
+        """Reads a study file. You can override values by their paths: `{"hammer.left.supply_bar": 4.5}`.
 
         Raises `StudyError` with all faults, `MachineError` where the machine's files cannot be read. `retries`: times a row that
         diverged is run again (1 unless given), each with a hundredth of the tolerance before.
@@ -456,16 +456,16 @@ class Study:
         """Title of the study."""
     @property
     def hash(self) -> str:
-        """Hash over all that determines its rows."""
+        """Hash of everything that determines its rows."""
     @property
     def path(self) -> Path:
         """The study's file."""
     @property
     def overrides(self) -> list[str]:
-        """The values set over the study's, `path=value`."""
+        """Overrides of the study, `path=value`."""
     @property
     def retries(self) -> int:
-        """Times a row that diverged is run again."""
+        """Number of retries of a row that diverges."""
     @property
     def hammers(self) -> list[str]:
         """Names of the hammers."""

@@ -1,4 +1,4 @@
-"""Columns by name of mappings, frames, rows and structured arrays."""
+"""Columns by name, from mappings, frames, rows and structured arrays."""
 
 from typing import Any
 
@@ -6,7 +6,7 @@ from decore._decore import Table
 
 
 def columns(given: Any) -> list[tuple[str, Any]] | None:
-    """Names and values of what has names; None for numbers without names."""
+    """Return names and values of an object with names; None for numbers without names."""
     if isinstance(given, (list, tuple)):
         return _of_rows(given) if given and hasattr(given[0], "keys") else None
     if isinstance(given, Table):

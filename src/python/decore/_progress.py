@@ -1,4 +1,4 @@
-"""How far a sweep is, in a terminal or a notebook."""
+"""Progress of a sweep in a terminal or a notebook."""
 
 import sys
 from typing import Any
@@ -7,7 +7,7 @@ from decore._decore import Progress
 
 
 class Display:
-    """Shows progress: a line that changes in a terminal or a notebook, the last one alone elsewhere."""
+    """Shows progress: a changing line in a terminal or a notebook, elsewhere only the last line."""
 
     def __init__(self) -> None:
         self._cell: Any = None

@@ -47,7 +47,7 @@ class Record:
 
 
 class Result(Record):
-    """Result of a command of the command line: the keys of its JSON are attributes, `str` has it in words.
+    """Result of a command of the command line: the keys of its JSON are attributes, `str` describes it in words.
 
     `json`: as the command prints it with ``--json`` (schemas/). `text`: in words. `notes`: lines that the command line
     prints on standard error. `exit_code`: the command line's (`decore --help`). `table`: the indices of `analyse` as a table.

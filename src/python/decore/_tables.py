@@ -1,4 +1,4 @@
-"""Frames of other libraries from tables, and what notebooks show."""
+"""Frames of other libraries from tables, and their display in notebooks."""
 
 import math
 import tempfile

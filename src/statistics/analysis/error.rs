@@ -1,6 +1,6 @@
-//! Why there are no indices.
+//! Reasons why there are no indices.
 
-/// Why a table has no indices.
+/// Reason why a table has no indices.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 pub enum AnalysisError {
     /// A value is NaN or infinite.
@@ -11,7 +11,7 @@ pub enum AnalysisError {
         /// The value.
         value: f64,
     },
-    /// All values are the same but for rounding: there is no variance to share out.
+    /// All values are the same except for rounding: there is no variance to share out.
     #[error("it is constant ({value}): there is no variance to share out")]
     Constant {
         /// The value.
@@ -20,19 +20,19 @@ pub enum AnalysisError {
     /// Too few units (blocks, trajectories, rows).
     #[error("{found} {unit} are too few: at least {least} are needed")]
     TooFew {
-        /// What they are, in the plural.
+        /// Units, in the plural.
         unit: &'static str,
-        /// How many there are.
+        /// Number found.
         found: usize,
-        /// How many are needed.
+        /// Smallest permitted number.
         least: usize,
     },
     /// The table does not consist of whole blocks or trajectories.
-    #[error("{rows} rows are no whole number of {unit} of {size} rows")]
+    #[error("{rows} rows are not a whole number of {unit} of {size} rows")]
     Length {
         /// Rows of the table.
         rows: usize,
-        /// What it should consist of, in the plural.
+        /// Required units, in the plural.
         unit: &'static str,
         /// Rows of one of them.
         size: usize,
@@ -40,9 +40,9 @@ pub enum AnalysisError {
     /// More factors than there is time for.
     #[error("{found} factors are too many: at most {most}, as the time doubles with each")]
     Factors {
-        /// How many there are.
+        /// Number found.
         found: usize,
-        /// How many there may be.
+        /// Largest permitted number.
         most: usize,
     },
     /// From one row of a trajectory to the next, another number of factors than one changes.

@@ -10,15 +10,15 @@ use decore_math::random::{Stream, below, hash};
 pub struct Estimate {
     /// The figure.
     pub value: f64,
-    /// Ends of its interval; `None` where none was asked for, or a replicate had no value.
+    /// Ends of its interval; `None` if none was requested, or a replicate had no value.
     pub interval: Option<[f64; 2]>,
 }
 
 /// Halves of the rows at most, from which intervals come: the standard deviation of more is hardly sharper.
 const MOST_HALVES: usize = 100;
 
-/// How intervals are found: units (blocks, trajectories, rows) are drawn with replacement, as many as there are, and the figures
-/// computed anew (Efron and Tibshirani, *An Introduction to the Bootstrap*, 1993).
+/// Bootstrap for intervals: units (blocks, trajectories, rows) are drawn with replacement, as many as exist, and the figures computed again
+/// (Efron and Tibshirani, *An Introduction to the Bootstrap*, 1993).
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Bootstrap {
     /// Number of replicates; 0: no intervals.
@@ -30,12 +30,12 @@ pub struct Bootstrap {
 }
 
 impl Bootstrap {
-    /// Probability of an interval unless another is asked for.
+    /// Default probability of an interval.
     pub const LEVEL: f64 = 0.95;
-    /// Replicates at least, where there are any: the ends of fewer are no interval.
+    /// Replicates at least, if there are any: the ends of fewer are no interval.
     pub const LEAST_REPLICATES: usize = 20;
 
-    /// How often each of `units` is drawn in a replicate.
+    /// Number of draws of each of `units` in a replicate.
     fn weights(&self, replicate: usize, units: usize) -> Vec<f64> {
         let mut weights = vec![0.0; units];
         for draw in 0..units {
@@ -64,7 +64,7 @@ impl Bootstrap {
         self.replicates.min(MOST_HALVES)
     }
 
-    /// The interval about a figure by what halves of the rows gave.
+    /// Interval of a figure from its values for halves of the rows.
     pub(super) fn jackknife(&self, value: f64, halves: &[f64]) -> Option<[f64; 2]> {
         if halves.len() < 2 || halves.iter().any(|half| !half.is_finite()) {
             return None;

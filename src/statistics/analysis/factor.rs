@@ -1,4 +1,4 @@
-//! Factors of rows that were chosen in any way.
+//! Factors of arbitrary rows.
 
 use statrs::function::erf::erfc;
 use statrs::function::gamma::checked_gamma_ur;
@@ -17,7 +17,7 @@ pub struct FactorValues<'a> {
     pub nominal: bool,
 }
 
-/// Rank correlation of Spearman: that of the ranks, mean ones where values are equal. NaN where one of both does not vary.
+/// Spearman's rank correlation, with mean ranks for equal values. NaN if one of both does not vary.
 pub fn rank_correlation(a: &[f64], b: &[f64]) -> f64 {
     let [a, b] = [a, b].map(mean_ranks);
     let centre = |ranks: &[f64]| ranks.iter().sum::<f64>() / ranks.len() as f64;
@@ -36,7 +36,7 @@ pub fn rank_correlation_p_value(correlation: f64, rows: usize) -> f64 {
     erfc(deviations / std::f64::consts::SQRT_2)
 }
 
-/// How much values of one group differ from those of others.
+/// Difference of the values between groups.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct GroupDifference {
     /// Share of the ranks' variance that lies between the groups, without the bias of their number.

@@ -1,4 +1,4 @@
-//! Indices of any data: rows of factors and outputs, however they were chosen.
+//! Indices for any data: rows of factors and outputs from any design.
 
 use super::error::{AnalysisError, check_values, normalised};
 use super::estimate::{Bootstrap, Estimate, half};
@@ -20,7 +20,7 @@ pub struct GivenIndices {
     pub rank: Estimate,
     /// Correlation ratio of classes: `1 - (1 - eta^2) (n - 1) / (n - c)`, `eta^2` the share of the variance between c classes, which
     /// are the names or values, or of more than `2 n^(1/3)` values so many classes by the factor's mean ranks, equal values being in
-    /// one (Kelley's unbiased one; 0 where nothing depends).
+    /// one (Kelley's unbiased one; 0 if nothing depends).
     pub correlation_ratio: Estimate,
     /// The same without the correction, `eta^2`. Where rows are laid out evenly in all factors, so are those of each class, whose
     /// means then scatter far less than those of independent rows: the correction would take away what is not there.
@@ -34,7 +34,8 @@ pub struct GivenIndices {
 /// Indices of every factor for an output.
 ///
 /// Intervals of the first three are those of a normal distribution with the standard deviation that halves of the rows, drawn
-/// without replacement, 100 at most, have (the delete-half jackknife: Shao and Wu, Ann. Stat. 17, 1989): rows drawn twice would be each other's
+/// without replacement, 100 at most, have (the delete-half jackknife: Shao and Wu, Ann. Stat. 17, 1989): rows drawn twice would be each
+/// other's
 /// neighbours.
 ///
 /// # Errors
@@ -173,7 +174,7 @@ mod tests {
         }
     }
 
-    /// What decides an output is found in a factorial of 4000 rows whose order repeats with every fourth row.
+    /// Finds the influence in a factorial of 4000 rows whose order repeats with every fourth row.
     #[test]
     fn dependence_by_kernels_does_not_alias_with_the_order_of_rows() {
         let decisive: Vec<f64> = (0..4000).map(|row| f64::from(row % 4)).collect();

@@ -10,13 +10,13 @@ const MOST_ROWS: usize = 1000;
 /// Stream of the numbers that draw them.
 const ROWS: u64 = 1 << 34;
 
-/// Hilbert-Schmidt independence criterion of a factor and an output, biased (V-statistic): 0 where they are independent.
+/// Hilbert-Schmidt independence criterion of a factor and an output, biased (V-statistic): 0 if they are independent.
 ///
 /// Kernels are Gaussian with the standard deviation of the values, of names 1 where they are equal. Of more than 1000 rows, 1000
 /// drawn by the seed of the intervals without replacement are taken, the same for all factors.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Hsic {
-    /// The criterion over the geometric mean of those of factor and output with themselves, in [0, 1].
+    /// Criterion over the geometric mean of the criteria of factor and output with themselves, in [0, 1].
     pub r2: f64,
     /// Probability of a larger criterion were they independent, by a gamma distribution with the criterion's mean and variance
     /// then.
@@ -106,7 +106,7 @@ impl CentredKernel {
         self.at(a, b) - self.means[a] - self.means[b] + self.mean
     }
 
-    /// Mean of the entries beside the diagonal, which is 1.
+    /// Mean of the entries off the diagonal, which is 1.
     fn off_diagonal(&self) -> f64 {
         let n = self.values.len() as f64;
         (n * self.mean - 1.0) / (n - 1.0)

@@ -1,4 +1,4 @@
-//! Which factor matters: sensitivity indices of plain tables of numbers. Knows nothing of studies or datasets.
+//! Sensitivity indices of plain tables of numbers. Independent of studies and datasets.
 //!
 //! - [`sobol()`]: shares of the variance, from the blocks of a Saltelli design.
 //! - [`morris()`]: elementary effects, from trajectories.
@@ -7,8 +7,8 @@
 //! - [`spread()`]: whether rows are laid out too evenly for estimators that compare neighbours.
 //! - [`Bootstrap`]: confidence intervals by resampling whole blocks, trajectories or rows.
 //!
-//! All figures are the same for any number of threads: what runs in parallel is whole replicates, each of which is computed in
-//! one order from random numbers that are addressed by (seed, replicate, draw).
+//! All figures are the same for any number of threads. Threads run whole replicates, each in one order, with random numbers addressed by
+//! (seed, replicate, draw).
 
 mod error;
 mod estimate;

@@ -10,14 +10,14 @@ pub struct Trajectories<'a> {
     pub factors: &'a [Vec<f64>],
     /// Levels of the grid: a factor moves by `levels / 2` of the `levels - 1` steps of its range.
     pub levels: u64,
-    /// How far each factor moves; [`Reach::Grid`] of those that are not there.
+    /// Reach of each factor's moves; [`Reach::Grid`] for missing ones.
     pub reaches: &'a [Reach],
 }
 
-/// What the whole range of a factor is to its moves.
+/// Relation of a factor's whole range to its moves.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Reach {
-    /// Its moves are those of the grid.
+    /// Moves on the grid.
     Grid,
     /// Of whole numbers and lists: the difference of its ends. Rounding makes their moves others than the grid's.
     Values(f64),
@@ -25,9 +25,9 @@ pub enum Reach {
     Names,
 }
 
-/// Effects of a factor on one output, per range of the factor: changes of the output over the share of the range by which the
-/// factor moved: `(levels / 2) / (levels - 1)`, of whole numbers and lists the difference of the values over that of their ends, of
-/// names 1. In units of the output.
+/// Effects of a factor on one output, per range of the factor: changes of the output over the share of the range by which the factor moved.
+/// This share is `(levels / 2) / (levels - 1)`; for whole numbers and lists the difference of the values over the difference of their ends;
+/// for names 1. In units of the output.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Effects {
     /// Mean effect, mu.
@@ -40,7 +40,7 @@ pub struct Effects {
     pub count: usize,
 }
 
-/// What changed from a row to the next one.
+/// Change from a row to the next one.
 #[derive(Debug, Clone, Copy, PartialEq)]
 struct Move {
     factor: usize,
@@ -48,8 +48,7 @@ struct Move {
     by: f64,
 }
 
-/// Effects of every factor on an output whose values are those of the rows of `trajectories`; `None` for a factor that never
-/// moves.
+/// Effects of every factor on an output, given for the rows of `trajectories`; `None` for a factor that never moves.
 ///
 /// # Errors
 /// [`AnalysisError::Length`] for part of a trajectory, [`AnalysisError::TooFew`] for fewer than two,
@@ -104,7 +103,7 @@ fn elementary_effects(values: &[f64], trajectories: Trajectories<'_>) -> Result<
     Ok(effects)
 }
 
-/// The factor that differs between a row and the next; `None` where none does.
+/// The factor that differs between a row and the next; `None` if none does.
 fn moved(factors: &[Vec<f64>], row: usize) -> Result<Option<Move>, AnalysisError> {
     let mut found = None;
     let mut changed = 0;

@@ -1,5 +1,5 @@
-//! PAWN (Pianosi and Wagener, Environ. Model. Softw. 67, 2015; 108, 2018): how far an output's distribution moves when a factor is
-//! held in a part of its range.
+//! PAWN (Pianosi and Wagener, Environ. Model. Softw. 67, 2015; 108, 2018): shift of an output's distribution if a factor is held in a
+//! part of its range.
 
 use super::estimate::quantile;
 use super::factor::FactorValues;
@@ -54,7 +54,7 @@ impl Ranked {
         Pawn { median: quantile(&distances, 0.5), maximum: distances.last().copied().unwrap_or(f64::NAN) }
     }
 
-    /// Distance of every slice that has rows, between its distribution and that of all rows.
+    /// Distance between the distributions of every slice with rows and of all rows.
     fn distances(&self, slices: &[Option<usize>], count: usize) -> Vec<f64> {
         let rows = self.order.len() as f64;
         let mut sizes = vec![0.0; count];

@@ -10,7 +10,7 @@ use decore_math::random::{Stream, hash};
 
 /// Rows at most.
 const MOST_ROWS: usize = 2000;
-/// Pairs of rows times sets of factors at most, which is what the time goes with.
+/// Largest product of pairs of rows and sets of factors, which determines the time.
 const MOST_WORK: f64 = 2e9;
 /// Factors of Shapley effects at most: twice the sets with each more.
 pub const MOST_SHAPLEY_FACTORS: usize = 14;
@@ -33,10 +33,10 @@ pub fn shapley_rows(factors: usize) -> usize {
 /// other as the ends of a range, equal distances decided by chance. Of all factors together the variance is that of Y, as a run's
 /// outputs follow from its factors.
 ///
-/// Intervals are those of [`super::given()`]. Of more rows than [`shapley_rows()`] as many, chosen by chance, are taken.
+/// Intervals are as in [`super::given()`]. From more rows than [`shapley_rows()`], as many are chosen at random.
 ///
-/// The rows must be independent draws: those of quasi-random points and factorials repel each other, and a row's neighbours in
-/// some factors then differ more in the others than any two rows do ([`super::spread()`]).
+/// The rows must be independent draws. Quasi-random points and factorials repel each other: a row's neighbours in some factors then differ
+/// more in the others than any two rows ([`super::spread()`]).
 ///
 /// # Errors
 /// [`AnalysisError::TooFew`] for fewer than 20 rows, [`AnalysisError::Factors`] for more than 14 factors,

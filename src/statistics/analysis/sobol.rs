@@ -1,4 +1,4 @@
-//! Sobol' indices: shares of an output's variance that factors have alone, together with others, and in pairs.
+//! Sobol' indices: shares of an output's variance due to factors alone, together with others, and in pairs.
 
 use schemars::JsonSchema;
 use serde::Serialize;
@@ -8,7 +8,7 @@ use super::estimate::{Bootstrap, Estimate};
 use decore_quantity::named;
 
 named! {
-    /// The estimators; on one table they differ by what the number of base points leaves open (1e-2 at some hundreds).
+    /// Estimators; on one table they differ by the uncertainty of the number of base points (1e-2 for some hundreds).
     ///
     /// With `A`, `B` the outputs at the two base points of a block, `E_i` at A with factor i of B, `C_i` at B with factor i of A, `n`
     /// blocks, means over the blocks:
@@ -23,7 +23,7 @@ named! {
         /// Jansen (Comput. Phys. Commun. 117, 1999) as OpenTURNS computes it: `S1_i = 1 - sum((E_i - B)^2) / ((2 n - 1) V)`,
         /// `ST_i = sum((E_i - A)^2) / ((2 n - 1) V)`, V the unbiased variance of A.
         Jansen = "jansen",
-        /// Martinez (2011) as OpenTURNS computes it: `S1_i` the correlation of `E_i` and B, `ST_i` 1 less that of `E_i` and A.
+        /// Martinez (2011) as in OpenTURNS: `S1_i` is the correlation of `E_i` and B, `ST_i` is 1 minus the correlation of `E_i` and A.
         Martinez = "martinez",
     }
 }
@@ -38,7 +38,7 @@ pub struct SaltelliBlocks {
     pub second_order: bool,
 }
 
-/// The share of a pair of factors beyond what each has alone.
+/// Share of the variance due to a pair of factors beyond each alone.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct PairIndex {
     /// The factors, by their index, the lower one first.
@@ -54,7 +54,7 @@ pub struct SobolIndices {
     pub first: Vec<Estimate>,
     /// Total indices ST, by factor.
     pub total: Vec<Estimate>,
-    /// Second-order indices S2; empty where the design does not serve them.
+    /// Second-order indices S2; empty if the design does not serve them.
     pub second: Vec<PairIndex>,
 }
 
@@ -70,7 +70,7 @@ impl SaltelliBlocks {
     }
 }
 
-/// Sobol' indices of an output whose values are those of the rows of `blocks`.
+/// Sobol' indices of an output, given for the rows of `blocks`.
 ///
 /// # Errors
 /// [`AnalysisError::Length`] for part of a block, [`AnalysisError::TooFew`] for fewer than two,
@@ -99,7 +99,7 @@ pub fn sobol(
     Ok(SobolIndices { first, total, second })
 }
 
-/// An output's values, and what they are centred by.
+/// An output's values with their centre.
 struct CentredOutput<'a> {
     values: &'a [f64],
     blocks: SaltelliBlocks,

@@ -1,4 +1,4 @@
-//! Whether rows repel each other, as those of a design that fills space evenly do.
+//! Tests whether rows repel each other, as in designs that fill space evenly.
 
 use super::factor::{FactorValues, LEAST_ROWS, mean_ranks};
 use decore_math::random::{Stream, hash};
@@ -42,7 +42,7 @@ pub fn spread(factors: &[FactorValues<'_>]) -> bool {
     })
 }
 
-/// Correlation of values with the next ones in an order, the last one's being the first; NaN where they do not vary.
+/// Correlation of values with the next ones in an order, the last one's being the first; NaN if they do not vary.
 fn neighbours_correlation(values: &[f64], order: &[usize]) -> f64 {
     let mean = values.iter().sum::<f64>() / values.len() as f64;
     let next = order.iter().skip(1).chain(order.first());

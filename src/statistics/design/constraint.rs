@@ -1,18 +1,18 @@
-//! What must hold in the rows of a design.
+//! Constraints on the rows of a design.
 
 use super::coordinate::Coordinate;
 use super::distribution::Level;
 use super::error::DesignError;
 
-/// How many of the constraints named by index hold in a row, counted in their order up to the first that does not; the error of a
+/// Counts how many of the constraints, given by index, hold in a row, in their order up to the first that does not. Returns the error of a
 /// constraint that cannot be evaluated.
 pub type Met<'a> = dyn FnMut(&[Level], &[usize]) -> Result<usize, String> + 'a;
 
-/// What must hold in every row of a design.
+/// Constraints on every row of a design.
 pub struct Constraints<'a> {
     /// Per constraint the factors, by index, that it looks at. Others must not matter to it: a search leaves them alone.
     pub factors: Vec<Vec<usize>>,
-    /// Tells which hold.
+    /// Counts the constraints that hold.
     pub met: &'a mut Met<'a>,
 }
 

@@ -1,4 +1,4 @@
-//! Where a point lies along one factor, before the factor's distribution makes a value of it.
+//! Position of a point along one factor, before the factor's distribution turns it into a value.
 
 use super::distribution::{Distribution, Level, whole_geometric};
 

@@ -43,7 +43,7 @@ impl Correlation {
         }
     }
 
-    /// The matrix asked for.
+    /// Requested matrix.
     pub(super) fn asked(&self) -> &[Vec<f64>] {
         &self.asked
     }
@@ -59,13 +59,13 @@ impl Correlation {
         pairs.map(|(row, u)| if mixes(row) { normal_cdf(correlated(row)) } else { *u }).collect()
     }
 
-    /// Rearranges each column (Iman and Conover, Commun. Stat. B 11, 1982): the set of entries stays, their ranks follow
-    /// scores with exactly the correlation wanted. What the ranks themselves miss, swaps mend: see [`super::ranks::Ranks`].
+    /// Rearranges each column (Iman and Conover, Commun. Stat. B 11, 1982): the set of entries stays, and their ranks follow scores with
+    /// exactly the wanted correlation. Swaps correct the rest: see [`super::ranks::Ranks`].
     pub(super) fn rearrange(&self, columns: &mut [&mut [u32]]) -> Result<(), DesignError> {
         let rows = columns.first().map_or(0, |column| column.len());
         let scores = (0..rows).map(|row| normal_quantile((row + 1) as f64 / (rows + 1) as f64));
         let scores: Vec<f64> = scores.collect();
-        // Each column's own order tells where the scores go, so an uncorrelated design stays as it is.
+        // Assign scores in each column's own order, so that an uncorrelated design stays unchanged.
         let mut table: Vec<Vec<f64>> = Vec::with_capacity(columns.len());
         for column in columns.iter() {
             let mut score = vec![0.0; rows];

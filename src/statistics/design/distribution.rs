@@ -10,7 +10,7 @@ use decore_math::special::{beta_cdf, beta_quantile, normal_cdf, normal_quantile}
 /// Tail probability at which a distribution without ends is cut where a design needs a range (grids, axial points).
 const TAIL: f64 = 0.005;
 
-/// What a factor varies over.
+/// Domain of a factor.
 #[derive(Debug, Clone, PartialEq)]
 pub enum Distribution {
     /// Real number, uniform in [low, high].
@@ -220,8 +220,8 @@ impl Distribution {
         }
     }
 
-    /// Where a level lies in the range, in [0, 1]: undoes [`Distribution::at_share`]; discrete levels lie in the middle of their
-    /// steps.
+    /// Returns the position of a level in the range, in [0, 1]. Inverse of [`Distribution::at_share`]; discrete levels lie in the middle of
+    /// their steps.
     pub fn share(&self, level: Level) -> f64 {
         match (self, level, self.range()) {
             (Self::LogUniform { low, high }, Level::Real(value), _) => {

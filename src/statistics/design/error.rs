@@ -1,9 +1,9 @@
-//! Why a design cannot be built.
+//! Reasons why a design cannot be built.
 
 /// Most rows of a design: a millisecond each would take a day.
 pub const MOST_ROWS: usize = 100_000_000;
 
-/// Why a design cannot be built. `factor` is the factor's index.
+/// Reason why a design cannot be built. `factor` is the factor's index.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 pub enum DesignError {
     /// An end is not finite.
@@ -41,9 +41,9 @@ pub enum DesignError {
         factor: usize,
         /// Name of the parameter.
         parameter: &'static str,
-        /// Its value.
+        /// Found value.
         found: f64,
-        /// What it must be.
+        /// Expected value.
         expected: &'static str,
     },
     /// A factor without values.
@@ -73,7 +73,7 @@ pub enum DesignError {
     FactorKind {
         /// Index of the factor.
         factor: usize,
-        /// What the kind of design needs.
+        /// Requirement of the kind of design.
         expected: &'static str,
     },
     /// No row at all.
@@ -84,7 +84,7 @@ pub enum DesignError {
     Setting {
         /// Name of the setting.
         key: &'static str,
-        /// What is wrong and what to do.
+        /// The fault and its remedy.
         message: String,
     },
     /// A design of several rows without factors, or the other way round.

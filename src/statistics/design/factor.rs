@@ -1,4 +1,4 @@
-//! What a factor varies over.
+//! Factors and their domains.
 
 use super::distribution::Distribution;
 use super::error::DesignError;
@@ -6,7 +6,7 @@ use super::error::DesignError;
 /// One factor of a design.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Factor {
-    /// What it varies over.
+    /// Domain of the factor.
     pub distribution: Distribution,
     /// Number of levels in a grid, ends included. Needed there for real factors; integers and categories default to all
     /// their values. Not used by sampling kinds.

@@ -1,8 +1,8 @@
-//! Which rows of a design belong together: a predictor that is trained on some of them has seen the others in part.
+//! Groups of dependent rows of a design. A predictor trained on some rows of a group has partly seen the others.
 
 use serde::{Deserialize, Serialize};
 
-/// Why rows belong together.
+/// Reason why rows belong together.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum GroupKind {
@@ -20,7 +20,7 @@ pub enum GroupKind {
 /// overlap where a product puts a row on several trajectories.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 pub struct GroupSpan {
-    /// Why they belong together.
+    /// Reason why they belong together.
     pub kind: GroupKind,
     /// The first row.
     pub first_row: u64,
@@ -71,8 +71,8 @@ pub(super) fn chained(parts: impl Iterator<Item = (usize, Vec<GroupSpan>)>) -> V
     found
 }
 
-/// The groups of designs with each other, the last one changing fastest: rows share a group where the rows of one of the parts do,
-/// whatever those of the others are.
+/// Groups of designs that are crossed, the last one changing fastest: rows share a group if the rows of one of the parts do, whatever the
+/// other parts.
 pub(super) fn crossed(parts: &[(usize, Vec<GroupSpan>)]) -> Vec<GroupSpan> {
     let total: u64 = parts.iter().map(|(rows, _)| *rows as u64).product();
     let (mut period, mut groups, mut found) = (total, 0, Vec::new());

@@ -27,7 +27,7 @@ fn mirror(rows: usize, row: usize) -> usize {
     rows - 1 - row
 }
 
-/// The swap of the mirror images; `None` where that is the swap itself.
+/// The swap of the mirror images; `None` if that is the swap itself.
 pub(super) fn companion(rows: usize, Swap { column, a, b }: Swap) -> Option<Swap> {
     (mirror(rows, a) != b).then(|| Swap { column, a: mirror(rows, a), b: mirror(rows, b) })
 }

@@ -1,7 +1,7 @@
-//! Designs of experiments: which values the factors take in which row.
+//! Designs of experiments: values of the factors in each row.
 //!
-//! A row is a pure function of (design, row): rows may run in any order, on any number of threads, and be found again
-//! after an interruption. Factors are numbers or indices of categories here; what they drive is the study's business.
+//! A row is a pure function of (design, row). Rows can run in any order, on any number of threads, and be repeated after an interruption.
+//! Factors are numbers or indices of categories here; the study assigns them to parameters.
 //!
 //! A [`Kind`] gives every row a [`Coordinate`] per factor; correlations bend coordinates, [`Distribution`]s make values of
 //! them, constraints choose among rows. Most kinds compute a row alone; optimised, grown, correlated and constrained Latin
@@ -146,7 +146,7 @@ impl Design {
         self.selection.as_ref().map_or(self.points.rows(), Selection::rows)
     }
 
-    /// How the rows are chosen.
+    /// Kind of the design.
     pub fn kind(&self) -> &Kind {
         &self.kind
     }
@@ -161,18 +161,18 @@ impl Design {
         self.seed
     }
 
-    /// How many points passed the constraints; `None` where none were left out (no constraints, or a Latin hypercube).
+    /// Number of points that passed the constraints; `None` if none were left out (no constraints, or a Latin hypercube).
     pub fn acceptance(&self) -> Option<Acceptance> {
         self.selection.as_ref().map(Selection::acceptance)
     }
 
-    /// Which rows belong together: those of a trajectory, of a base point, of a part that the design grew by.
+    /// Groups of dependent rows: of a trajectory, a base point, or a part by which the design grew.
     pub fn groups(&self) -> Vec<GroupSpan> {
         let spans = self.points.groups();
         self.selection.as_ref().map_or(spans.clone(), |selection| selection.groups(&spans))
     }
 
-    /// What a regular two-level fraction confuses; `None` for other kinds and where constraints left out rows.
+    /// Confounded effects of a regular two-level fraction; `None` for other kinds, and if constraints left out rows.
     pub fn aliases(&self) -> Option<Aliases> {
         self.points.aliases().filter(|_| self.selection.is_none())
     }

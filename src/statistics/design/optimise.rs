@@ -19,7 +19,7 @@ pub(super) trait Criterion {
     fn change(&mut self, swap: Swap) -> f64;
     /// Makes the swap.
     fn swap(&mut self, swap: Swap);
-    /// What designs are compared by at the end; the smaller, the better.
+    /// Criterion by which designs are compared at the end; smaller is better.
     fn badness(&self) -> f64;
 }
 
@@ -31,7 +31,7 @@ pub(super) struct Swap {
     pub b: usize,
 }
 
-/// How long and how boldly.
+/// Length and temperature of the search.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Schedule {
     pub proposals: u64,
@@ -39,7 +39,7 @@ pub(super) struct Schedule {
     pub thresholds: [f64; 2],
 }
 
-/// Which rows may move, and which swaps are allowed.
+/// Movable rows and permitted swaps.
 pub(super) struct Freedom<'a> {
     pub columns: usize,
     pub frozen: usize,

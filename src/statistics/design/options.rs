@@ -1,19 +1,18 @@
-//! The keys with which a study says how rows are chosen: what a new one needs is an entry here.
+//! Keys of a study for the choice of rows. A new key needs an entry here.
 
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use super::strata::HypercubeKind;
 
-/// Where the axial points of a central composite design lie.
+/// Position of the axial points of a central composite design.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum Axial {
-    /// At the ends of the ranges, the corners drawn in so that all but the centre are as far from it as a rotatable design
-    /// wants: `alpha = F^(1/4)` for F corners.
+    /// At the ends of the ranges. The corners move inwards, so that the design is rotatable: `alpha = F^(1/4)` for F corners.
     #[default]
     Inscribed,
-    /// In the middle of the faces, the corners at the ends of the ranges.
+    /// In the middle of the faces, with the corners at the ends of the ranges.
     Faces,
 }
 
@@ -25,18 +24,18 @@ macro_rules! design_keys {
         $then! {
             /// Number of rows (Latin hypercube, Sobol', Halton, random).
             rows: u64 = "20",
-            /// Points in the middle of their strata instead of at random in them (Latin hypercube). Default false; true where the
-            /// hypercube is optimised.
+            /// Points in the middle of their strata instead of at random positions (Latin hypercube). Default false; true for optimised
+            /// hypercubes.
             centred: bool = "false",
-            /// What a Latin hypercube is chosen for. Default `none`.
+            /// Criterion of a Latin hypercube. Default `none`.
             optimise: HypercubeKind = "\"none\"",
-            /// Numbers of rows that a Latin hypercube had before: its first rows are that design's.
+            /// Earlier numbers of rows of a Latin hypercube. Its first rows are the rows of that design.
             grown_from: Vec<u64> = "[10]",
             /// Whether Sobol' or Halton points are scrambled. Default true.
             scramble: bool = "true",
             /// Resolution of a fractional factorial, 3 to 8. Default 4.
             resolution: u64 = "4",
-            /// Where a central composite design has its axial points. Default `inscribed`.
+            /// Position of the axial points of a central composite design. Default `inscribed`.
             axial: Axial = "\"inscribed\"",
             /// Number of centre points (central composite, Box-Behnken). Default 1.
             centre_points: u64 = "1",
@@ -46,7 +45,7 @@ macro_rules! design_keys {
             morris_levels: u64 = "4",
             /// Number of base points of a Saltelli design; powers of two are best.
             base_points: u64 = "64",
-            /// Whether a Saltelli design serves second-order indices. Default false.
+            /// Whether a Saltelli design has rows for second-order indices. Default false.
             second_order: bool = "false",
             /// File with the rows of a table, CSV or Parquet, relative to the study: a column per factor, named like it or `factor_` and
             /// its name, as `decore design` writes them.
@@ -80,18 +79,18 @@ macro_rules! design_options {
 
 design_keys!(design_options);
 
-/// A key with which a study says how rows are chosen.
+/// A key of a study for the choice of rows.
 #[derive(Debug, Clone, Copy)]
 pub struct DesignKey {
-    /// Its name.
+    /// Name.
     pub name: &'static str,
-    /// Its text, line by line.
+    /// Text, line by line.
     pub text: &'static [&'static str],
     /// A value to show (TOML): the default where there is one.
     pub shown: &'static str,
 }
 
-/// Centre points, where a study does not say how many: more would repeat a deterministic simulation.
+/// Default number of centre points: more would repeat a deterministic simulation.
 const CENTRE_POINTS: u64 = 1;
 
 impl DesignOptions {
@@ -108,7 +107,7 @@ impl DesignOptions {
     }
 }
 
-/// What the keys alone do not tell of a kind of design.
+/// Further requirements of a kind of design, beyond its keys.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Needs {
     /// A number: the key of this name.
@@ -119,7 +118,7 @@ pub enum Needs {
     Parts,
 }
 
-/// A number of a study as a count; what no memory holds is the largest.
+/// Converts a number of a study to a count; too large numbers become the largest.
 pub(super) fn count(number: u64) -> usize {
     usize::try_from(number).unwrap_or(usize::MAX)
 }

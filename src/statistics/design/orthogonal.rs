@@ -1,4 +1,4 @@
-//! Finite fields and what is built on them: orthogonal arrays of strength two, Hadamard matrices.
+//! Finite fields and designs from them: orthogonal arrays of strength two, Hadamard matrices.
 
 /// Irreducible monic polynomials of the small prime powers: (order, prime, coefficients below the leading
 /// one, constant first).
@@ -103,7 +103,7 @@ pub(super) fn bose(field: &Field, row: u64, column: u64) -> (u64, u64) {
     if column == 0 { (b, a) } else { (field.add(a, field.multiply(column - 1, b)), b) }
 }
 
-/// Signs of a Plackett-Burman design of `runs` rows: `runs - 1` balanced orthogonal columns. `None` where no construction
+/// Signs of a Plackett-Burman design of `runs` rows: `runs - 1` balanced orthogonal columns. `None` if no construction
 /// is known here.
 ///
 /// Paley's first construction, doubling, and Paley's second: all multiples of four below 92.

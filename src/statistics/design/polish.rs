@@ -1,4 +1,4 @@
-//! Latin hypercubes made better by swaps: rank correlations as asked for, large distances, small discrepancies.
+//! Improves Latin hypercubes with swaps: wanted rank correlations, large distances, small discrepancies.
 
 use super::constraint::Conditions;
 use super::error::DesignError;
@@ -11,20 +11,19 @@ use decore_math::random::Stream;
 
 /// Rank correlations are refined until none is farther than this from the one asked for.
 const REFINED: f64 = 1e-3;
-/// How far rank correlations may stray from those asked for while something else is optimised.
+/// Largest deviation of rank correlations from the wanted ones while something else is optimised.
 const STRAYED: f64 = 5e-3;
 /// Swaps tried per entry to refine rank correlations.
 const REFINING_SWAPS: usize = 200;
 
-/// Squarings of squared distances: p = 32, which tells nearly equal designs apart, and p = 16, which leads small ones to better
-/// optima.
+/// Squarings of squared distances: p = 32, which distinguishes nearly equal designs, and p = 16, which finds better optima of small ones.
 const SHARP: u32 = 4;
 const BLUNT: u32 = 3;
 
 /// The best of several attempts: its badness and its strata.
 type Best = Option<(f64, Vec<Vec<u32>>)>;
 
-/// How an attempt is made: from a table, with rows up to a number left alone.
+/// Kind of attempt: from a table, with a number of fixed rows.
 #[derive(Clone, Copy)]
 struct Attempt<'t> {
     table: &'t Strata,
@@ -32,7 +31,7 @@ struct Attempt<'t> {
     schedule: Schedule,
 }
 
-/// What attempts improve, and their random numbers.
+/// Objective of the attempts, and their random numbers.
 struct Sought<'s> {
     best: &'s mut Best,
     stream: &'s mut Stream,
@@ -73,7 +72,7 @@ impl Builder<'_, '_> {
             && self.meets(table, Candidate { row: b, strata: &row_b }, &all)?)
     }
 
-    /// Anneals for what the hypercube is chosen for.
+    /// Anneals for the criterion of the hypercube.
     pub fn optimise(&mut self, table: &mut Strata, frozen: usize, stream: &mut Stream) -> Result<(), DesignError> {
         let best = match self.latin.spec.kind {
             HypercubeKind::Maximin => self.spread(table, frozen, stream)?,
@@ -211,7 +210,7 @@ impl Builder<'_, '_> {
     }
 }
 
-/// Rows of a table, and their square times the columns: what a sweep over all pairs of rows costs.
+/// Number of rows of a table, and its square times the columns: the cost of a sweep over all pairs of rows.
 fn volume(table: &Strata) -> (u64, u64) {
     let (rows, columns) = (table.rows() as u64, table.columns.len() as u64);
     (rows.max(1), rows.saturating_mul(rows).saturating_mul(columns))
@@ -253,7 +252,7 @@ struct Guard<'g, 'a, 'b> {
     builder: &'g mut Builder<'a, 'b>,
     table: Strata,
     ranks: Option<Ranks>,
-    /// How far the rank correlations may be from those asked for.
+    /// Largest deviation of the rank correlations from the wanted ones.
     strayed: f64,
     applied: usize,
     error: Option<DesignError>,

@@ -1,4 +1,4 @@
-//! How well the points of a design fill the unit cube.
+//! Space-filling quality of a design's points in the unit cube.
 
 use super::Design;
 
@@ -21,7 +21,7 @@ pub struct Quality {
     pub centred_discrepancy: f64,
     /// Squared wrap-around L2 discrepancy (Hickernell 1998).
     pub wrap_around_discrepancy: f64,
-    /// Largest absolute Pearson correlation of two factors' coordinates; 0 where none varies.
+    /// Largest absolute Pearson correlation of two factors' coordinates; 0 if none varies.
     pub maximum_correlation: f64,
 }
 

@@ -1,4 +1,4 @@
-//! Rank correlations of a hypercube's new rows beside those asked for, followed from swap to swap.
+//! Rank correlations of a hypercube's new rows compared with the wanted ones, updated from swap to swap.
 
 use super::correlation::Correlation;
 use super::optimise::Swap;
@@ -46,12 +46,12 @@ impl Ranks {
         Self { frozen, columns, orders, products, norm, asked: correlation.asked().to_vec() }
     }
 
-    /// How far a correlation is from the one asked for, with `more` added to its sum of products.
+    /// Deviation of a correlation from the wanted one, with `more` added to its sum of products.
     fn error(&self, a: usize, b: usize, more: f64) -> f64 {
         (self.products[a][b] + more) / self.norm - self.asked[a][b]
     }
 
-    /// What a swap adds to the sum of products of its column with another one.
+    /// Change of the sum of products of a column with another one by a swap.
     fn gain(&self, Swap { column, a, b }: Swap, other: usize) -> f64 {
         let [a, b] = [a, b].map(|row| row - self.frozen);
         let (own, other) = (&self.columns[column], &self.columns[other]);

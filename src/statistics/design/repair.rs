@@ -16,7 +16,7 @@ const EVALUATIONS_PER_SQUARE: usize = 100;
 const EVALUATIONS: [usize; 2] = [100_000, 16_000_000];
 /// Evaluations for a proof that there is no arrangement, per pair of columns.
 const PROOF_EVALUATIONS: usize = 8_000_000;
-/// Rows up to which a matching remembers who can hold what.
+/// Largest number of rows for which a matching stores the permitted entries.
 const MOST_REMEMBERED: usize = 4096;
 /// Rounds over the columns before a proof is tried that there is no arrangement.
 const ROUNDS: usize = 8;
@@ -52,7 +52,7 @@ impl Builder<'_, '_> {
         Ok(())
     }
 
-    /// Swaps entries at random, keeping what is no worse; whether all rows meet the constraints in the end.
+    /// Swaps entries at random, unless it gets worse. Returns whether all rows meet the constraints in the end.
     fn swapped(&mut self, table: &mut Strata, frozen: usize, stream: &mut Stream) -> Result<bool, DesignError> {
         let rows = table.rows();
         let fresh = rows - frozen;
@@ -90,7 +90,7 @@ impl Builder<'_, '_> {
     }
 }
 
-/// What to do about either.
+/// Remedy for either fault.
 const REMEDY: &str = "narrow the ranges, or choose a kind that leaves out rows (`sobol`, `halton`, `random`)";
 
 fn impossible(most: usize, fresh: usize) -> DesignError {
@@ -118,19 +118,19 @@ struct Search<'s, 'a, 'b> {
     left: usize,
 }
 
-/// Which rows can hold which entries of a column, found out when asked. Entries move: they go by the row that held them first.
+/// Rows that can hold the entries of a column, found on demand. Entries move: they are identified by the row that held them first.
 struct Allowed {
     column: usize,
-    /// Another column whose entry goes along to whatever row: what is asked is then whether any row can hold the two entries.
+    /// Second column whose entry moves along to any row: the question is then whether any row can hold both entries.
     beside: Option<usize>,
     entries: Vec<usize>,
-    /// By row and entry; empty where that were too many.
+    /// By row and entry; empty if that were too many.
     known: Vec<Option<bool>>,
 }
 
-/// Where a path through rows may lead.
+/// Search for a path through rows.
 struct Walk<'a> {
-    /// Where it begins.
+    /// First row of the path.
     first: usize,
     /// Rows whose entries were looked at.
     visited: &'a mut [bool],
@@ -294,7 +294,7 @@ impl Search<'_, '_, '_> {
         Ok(holds)
     }
 
-    /// Every row of the path takes the entry of the next, the last one that of the first.
+    /// Every row of the path takes the entry of the next one, the last row the entry of the first.
     fn shift(&mut self, allowed: &mut Allowed, path: &[usize]) {
         for pair in path.windows(2) {
             self.swap(allowed.column, [pair[0], pair[1]]);
@@ -302,7 +302,7 @@ impl Search<'_, '_, '_> {
         }
     }
 
-    /// How many rows can meet the constraints at most, where that is proved to be less than all.
+    /// Largest number of rows that can meet the constraints, if it is proved to be less than all.
     ///
     /// Constraints that look at one column, or at two, are proved by a maximum matching. Rows differ from each other by the places
     /// of their points within the strata: of two columns the strata are matched, and may be paired if any row allows it.

@@ -1,4 +1,4 @@
-//! Rows chosen by constraints: which points of a design stay.
+//! Selection of a design's points by constraints.
 
 use super::error::DesignError;
 use super::group::{GroupSpan, kept};
@@ -9,7 +9,7 @@ const JUDGED: usize = 20_000;
 /// Points per one that passes, at most.
 const MOST_PER_ROW: usize = 1000;
 
-/// How many points were looked at and how many passed.
+/// Numbers of examined and of accepted points.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, serde::Serialize, schemars::JsonSchema)]
 pub struct Acceptance {
     /// Points looked at.
@@ -34,9 +34,9 @@ pub(super) struct Selection {
 }
 
 impl Selection {
-    /// Keeps the blocks of `points` all of whose rows pass; endless designs give as many blocks as were asked for.
+    /// Keeps the blocks of `points` all of whose rows pass; endless designs give as many blocks as were requested.
     ///
-    /// Which blocks are kept does not depend on how many are asked for, so a longer design starts with the shorter one.
+    /// The kept blocks do not depend on the wanted number, so a longer design starts with the shorter one.
     pub(super) fn choose(
         points: &dyn Points,
         mut accept: impl FnMut(usize) -> Result<bool, DesignError>,
@@ -66,8 +66,8 @@ impl Selection {
         if kept == 0 || (points.is_endless() && kept < wanted) {
             let what = if block == 1 { "points" } else { "blocks of rows that belong together" };
             return Err(DesignError::Unsatisfiable(format!(
-                "{kept} of {tried} {what} meet the constraints: they contradict each other or the ranges, or leave less \
-                 than a thousandth of them; check each constraint, or narrow the ranges"
+                "{kept} of {tried} {what} meet the constraints: they contradict each other or the ranges, or permit \
+                 less than a thousandth of the points; check each constraint, or narrow the ranges"
             )));
         }
         Ok(selection)
@@ -81,7 +81,7 @@ impl Selection {
         Some(self.kept.get(row / self.block)? * self.block + row % self.block)
     }
 
-    /// The groups of the rows that stay, of those of all rows. Blocks are groups, of which all or none of the rows stay.
+    /// Groups of the remaining rows, from the groups of all rows. Blocks are groups, of which all or no rows remain.
     pub(super) fn groups(&self, spans: &[GroupSpan]) -> Vec<GroupSpan> {
         match self.block {
             1 => kept(spans, &self.kept),

@@ -1,4 +1,4 @@
-//! What a Latin hypercube is asked for, and its strata while no row depends on another.
+//! Criteria of a Latin hypercube, and its independent strata.
 
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
@@ -16,11 +16,11 @@ pub enum Placement {
     Centred,
 }
 
-/// What a Latin hypercube is chosen for.
+/// Criterion for which a Latin hypercube is optimised.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum HypercubeKind {
-    /// At random among all.
+    /// Random, without optimisation.
     #[default]
     #[serde(rename = "none")]
     Random,
@@ -48,7 +48,7 @@ pub struct LatinHypercube {
     pub grown_from: Vec<usize>,
     /// Place of a point within its stratum.
     pub placement: Placement,
-    /// What it is chosen for.
+    /// Criterion for which it is optimised.
     pub kind: HypercubeKind,
 }
 

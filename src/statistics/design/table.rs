@@ -42,12 +42,12 @@ struct Entry {
     column: usize,
 }
 
-/// What a row may become.
+/// Candidate for a row.
 #[derive(Clone, Copy)]
 pub(super) struct Candidate<'a> {
     /// The row.
     pub row: usize,
-    /// Its stratum in each column.
+    /// Stratum in each column.
     pub strata: &'a [u32],
 }
 

@@ -11,7 +11,7 @@ use decore_math::linalg::{cholesky, multiply_transposed, solve_lower};
 
 /// Terms at most for this many rows: as many for other numbers in proportion.
 const MOST_TERMS: [usize; 2] = [7, 10];
-/// What a row's own share in its fit is below 1 at least: nearer to it, its error when left out is rounding.
+/// A row's own share in its fit is less than 1 by at least this. Closer to 1, its error when left out is rounding.
 const LEAST_OTHERS: f64 = 1e-8;
 
 /// A polynomial of all products of Legendre polynomials up to a total degree, fitted by least squares (Sudret, Reliab. Eng. Syst.
@@ -68,7 +68,7 @@ impl PolynomialChaos {
     }
 }
 
-/// The terms of a total degree; `None` where they are more than `most`.
+/// The terms of a total degree; `None` if they are more than `most`.
 fn terms(points: &Points, degree: usize, most: usize) -> Option<Vec<Vec<FactorPolynomial>>> {
     let mut terms = vec![(Vec::new(), 0)];
     for (factor, nominal) in points.nominal().iter().enumerate() {

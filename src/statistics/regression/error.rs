@@ -1,8 +1,8 @@
-//! Why there is no model.
+//! Reasons why there is no model.
 
 use decore_math::linalg::LinalgError;
 
-/// Why a table has no model, or a model no prediction.
+/// Reason why a table has no model, or a model no prediction.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 pub enum RegressionError {
     /// Fewer rows than a model takes; rows at one place are one.
@@ -13,7 +13,7 @@ pub enum RegressionError {
         /// Rows that are needed.
         least: usize,
     },
-    /// All values are the same but for rounding.
+    /// All values are the same except for rounding.
     #[error("it is constant ({value}): there is nothing to model")]
     Constant {
         /// The value.
@@ -30,25 +30,25 @@ pub enum RegressionError {
     /// Lists whose lengths do not belong together.
     #[error("{found} {what}, where {expected} are expected")]
     Size {
-        /// What is counted.
+        /// Name of the counted items.
         what: &'static str,
-        /// How many there are.
+        /// Number found.
         found: usize,
-        /// How many there should be.
+        /// Expected number.
         expected: usize,
     },
     /// A parameter of a model that is out of its range.
     #[error("the parameter {name} is {value}, where {expected} is needed")]
     Parameter {
-        /// Its name.
+        /// Name of the parameter.
         name: &'static str,
-        /// Its value.
+        /// Value of the parameter.
         value: f64,
-        /// What it may be.
+        /// Permitted values.
         expected: &'static str,
     },
     /// A term of a polynomial stands on rows alone that are left out together: without them it is open.
-    #[error("a term of it stands on a single row or place, which cannot be left out to tell Q2")]
+    #[error("one of its terms depends on a single row or place, which cannot be left out for Q2")]
     Alone,
     /// A factorisation failed.
     #[error("the correlations of the rows: {0}")]

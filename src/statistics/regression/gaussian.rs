@@ -60,7 +60,7 @@ pub struct GaussianProcess {
     prior: Prior,
 }
 
-/// What rows say of places, a row for each place and a column for each row of the table.
+/// Information of rows about places: a row for each place and a column for each row of the table.
 struct Explained {
     /// Correlations `r`.
     near: DMatrix<f64>,
@@ -68,7 +68,7 @@ struct Explained {
     explained: DMatrix<f64>,
 }
 
-/// What a model says of a place.
+/// Prediction of a model at a place.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Prediction {
     /// Expected value.
@@ -77,7 +77,7 @@ pub struct Prediction {
     pub std_dev: f64,
 }
 
-/// A kernel with its lengths and noise, what follows from places with them, and errors of places left out.
+/// A kernel with its lengths and noise, quantities that follow for the places, and errors of left-out places.
 struct Fit {
     kernel: Kernel,
     of: Hyperparameters,
@@ -155,7 +155,7 @@ impl GaussianProcess {
     }
 
     /// Errors of places that are left out with their groups, a tenth of the groups at a time, or one at a time of fewer than 20, with
-    /// lengths and noise fitted anew without them: of few places, those fitted to all of them are too sure of themselves. `None` for more
+    /// lengths and noise fitted again without them: of few places, those fitted to all of them are too sure of themselves. `None` for more
     /// than 320 places.
     ///
     /// # Errors
@@ -179,7 +179,7 @@ impl GaussianProcess {
         for (place, mean) in found?.into_iter().flatten() {
             errors[place] = values[place] - mean;
         }
-        // Standard deviations are those of this model, which intervals are made of: a fit to few places may have hardly any.
+        // Use the standard deviations of this model for intervals: a fit to few places may have hardly any.
         Ok(Some(Residuals::new((values, &self.groups), errors, self.residuals.std_devs().to_vec())))
     }
 
@@ -210,7 +210,7 @@ impl GaussianProcess {
         Ok(Self { prior, ..Self::of(places, Fit::new(places, self.kernel, of)?) })
     }
 
-    /// The model for lengths and noise that are given.
+    /// Model for given lengths and noise.
     ///
     /// # Errors
     /// As [`Self::fit`]; [`RegressionError::Parameter`] for a weight or a noise that is negative or not finite;
@@ -281,7 +281,7 @@ impl GaussianProcess {
         self.solved.variance
     }
 
-    /// Standard deviation of the noise of a single run, that of its place included.
+    /// Standard deviation of the noise of a single run, including its place's.
     pub fn noise_std_dev(&self) -> f64 {
         ((self.hyperparameters.noise + self.hyperparameters.spread) * self.solved.variance).sqrt()
     }
@@ -306,7 +306,7 @@ impl GaussianProcess {
         &self.residuals
     }
 
-    /// What the model says of places with the same factors.
+    /// Predicts places with the same factors.
     ///
     /// # Errors
     /// [`RegressionError::Size`] for another number of factors.
@@ -351,7 +351,7 @@ impl GaussianProcess {
         Explained { near, explained }
     }
 
-    /// Covariances of the expected values at places: what is not known of them, noise left out.
+    /// Covariances of the expected values at places, without noise.
     ///
     /// # Errors
     /// As [`Self::predict`].
@@ -436,7 +436,7 @@ pub fn check(points: &Points, values: &[f64]) -> Result<(), RegressionError> {
     constant(values).map_or(Ok(()), |value| Err(RegressionError::Constant { value }))
 }
 
-/// The value that all are but for rounding.
+/// The value that all are except for rounding.
 fn constant(values: &[f64]) -> Option<f64> {
     let low = values.iter().copied().fold(f64::INFINITY, f64::min);
     let high = values.iter().copied().fold(f64::NEG_INFINITY, f64::max);
@@ -444,7 +444,7 @@ fn constant(values: &[f64]) -> Option<f64> {
     (high - low <= rounding).then_some(high)
 }
 
-/// Some of so many places, chosen in an order that does not depend on what they are.
+/// Chooses `count` of `all` places, in an order that does not depend on their values.
 fn chosen(all: usize, count: usize) -> Vec<usize> {
     let mut order: Vec<usize> = (0..all).collect();
     order.sort_by_key(|place| hash(CHOICE, 0, *place as u64));

@@ -1,4 +1,4 @@
-//! Rows that can only be left out together.
+//! Groups of rows that must be left out together.
 
 use std::cmp::Ordering;
 
@@ -19,7 +19,7 @@ const LEAST_SHARE: f64 = 0.5;
 /// Groups that coordinates may be left out of account for; of fewer, no share of the variance means anything.
 const LEAST_GROUPS: usize = 3;
 
-/// Rows that are left out together, as one of them tells the others.
+/// Rows that are left out together, because one of them reveals the others.
 ///
 /// Rows at one place are a group. Where single coordinates repeat (factorials, Saltelli's tables), rows that differ only in what
 /// hardly matters are nearly at one place too: factors are taken out of account, that with the least effect on the correlations
@@ -120,14 +120,14 @@ impl Groups {
         &self.members
     }
 
-    /// The groups in an order that does not depend on what they are.
+    /// Groups in an order that does not depend on their contents.
     pub(super) fn shuffled(&self, stream: u64) -> Vec<&[usize]> {
         let mut order: Vec<&[usize]> = self.members.iter().map(Vec::as_slice).collect();
         order.sort_by_key(|rows| hash(stream, 0, rows[0] as u64));
         order
     }
 
-    /// What each row counts when each group counts 1.
+    /// Weight of each row if each group has weight 1.
     pub(super) fn counts(&self) -> Vec<f64> {
         let mut counts = vec![1.0; self.rows];
         self.members.iter().for_each(|rows| rows.iter().for_each(|row| counts[*row] = 1.0 / rows.len() as f64));
@@ -141,7 +141,7 @@ impl Groups {
         let mut found = vec![0.0; values.len()];
         for rows in &self.members {
             match rows[..] {
-                // Without its row, the mean is off by n / (n - 1) of what it is with it.
+                // Without its row, the difference from the mean is n / (n - 1) times as large.
                 [row] => found[row] = count / (count - 1.0) * (values[row] - mean),
                 _ => {
                     let own: f64 = rows.iter().map(|row| values[*row] - mean).sum();
@@ -154,7 +154,7 @@ impl Groups {
     }
 }
 
-/// Errors of rows that are left out, and the inverses of their variances, that of the model being 1.
+/// Errors of left-out rows, and the inverses of their variances, with a model variance of 1.
 pub(super) struct LeftOut {
     pub errors: Vec<f64>,
     pub owns: Vec<f64>,
@@ -188,7 +188,7 @@ impl LeftOut {
     }
 }
 
-/// What rows span of a factor; 1 of names.
+/// Span of the rows in a factor; 1 for names.
 fn span(points: &Points, factor: usize) -> f64 {
     let values = (0..points.rows()).map(|row| points.row(row)[factor]);
     let [low, high] = values.fold([f64::INFINITY, f64::NEG_INFINITY], |[low, high], x| [low.min(x), high.max(x)]);

@@ -1,11 +1,12 @@
 //! Correlations that fall with the distance.
 //!
-//! Weights of rows are large numbers of both signs: what predicts with a stored model elsewhere repeats these operations one by one.
+//! Weights of rows are large numbers of both signs. Other programs that predict with a stored model must repeat these operations one by
+//! one.
 
 use decore_math::number::exp;
 
-/// How the correlation of two rows falls with their distance `s`, `s^2 = sum_k w_k d_k^2`, `d_k` their difference in factor `k`
-/// (of names: 1 where they differ), `w_k` the factor's inverse squared length.
+/// Correlation of two rows over their distance `s`, `s^2 = sum_k w_k d_k^2`, `d_k` their difference in factor `k` (for names 1 if they
+/// differ), `w_k` the factor's inverse squared length.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Kernel {
     /// `exp(-s^2 / 2)`: outputs that are as smooth as can be.
@@ -18,7 +19,7 @@ impl Kernel {
     /// All kernels.
     pub const ALL: [Self; 2] = [Self::Matern52, Self::SquaredExponential];
 
-    /// Its name in files.
+    /// Name in files.
     pub fn name(self) -> &'static str {
         match self {
             Self::SquaredExponential => "squared_exponential",

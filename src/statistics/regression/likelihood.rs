@@ -1,4 +1,4 @@
-//! How probable a table is, given lengths and noise.
+//! Likelihood of a table, given lengths and noise.
 
 use nalgebra::DMatrix;
 
@@ -44,9 +44,9 @@ impl Prior {
 pub struct Hyperparameters {
     /// Inverse squared length of each factor, in its scaled range.
     pub weights: Vec<f64>,
-    /// Variance of the noise of a place over that of the process.
+    /// Variance of a place's noise over the variance of the process.
     pub noise: f64,
-    /// Variance of the noise of a run over that of the process; 0 where no runs at one place show it.
+    /// Variance of a run's noise over the variance of the process; 0 if no runs at one place show it.
     pub spread: f64,
 }
 
@@ -117,12 +117,12 @@ impl Pairs {
     }
 }
 
-/// The correlations' diagonal: the noise of each place, and that of its runs.
+/// Diagonal of the correlations: the noise of each place and of its runs.
 fn diagonal(of: &Hyperparameters, runs: &[f64]) -> Vec<f64> {
     runs.iter().map(|runs| 1.0 + of.noise + of.spread / runs).collect()
 }
 
-/// What follows from a table once lengths and noise are given: mean and variance by generalised least squares.
+/// Solution for a table with given lengths and noise: mean and variance by generalised least squares.
 #[derive(Debug, Clone)]
 pub(super) struct Solved {
     /// Lower Cholesky factor of the correlations `C`, noise on their diagonal.
@@ -131,7 +131,7 @@ pub(super) struct Solved {
     pub alpha: Vec<f64>,
     /// The mean `b' y / (1' b)`.
     pub mean: f64,
-    /// The variance: `y' Q y`, and what runs at one place differ by, over the degrees of freedom of both.
+    /// Variance: `y' Q y` and the differences of runs at one place, over the degrees of freedom of both.
     pub variance: f64,
     /// Logarithm of the restricted likelihood, without its constant.
     pub log_likelihood: f64,
@@ -140,7 +140,7 @@ pub(super) struct Solved {
 /// `Q = C^-1 - b b' / (1' b)`, `b = C^-1 1`: the inverse that knows of the fitted mean.
 pub(super) type Inverse = DMatrix<f64>;
 
-/// A table whose likelihood is asked for.
+/// A table whose likelihood is requested.
 pub(super) struct Likelihood<'a> {
     pub kernel: Kernel,
     pub pairs: &'a Pairs,
@@ -169,7 +169,7 @@ pub(super) fn solve(
 }
 
 impl Likelihood<'_> {
-    /// Minus the logarithm of the posterior density, and its gradient by the logarithms of weights, noise and spread; `None` where the
+    /// Minus the logarithm of the posterior density, and its gradient by the logarithms of weights, noise and spread; `None` if the
     /// correlations have no Cholesky factor.
     pub fn sloped(&self, logarithms: &[f64]) -> Option<Sloped> {
         let factors = self.places.points().factors();

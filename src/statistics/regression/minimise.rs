@@ -23,7 +23,7 @@ pub(super) struct Stop {
     pub gain: f64,
 }
 
-/// Where a search ended.
+/// End of a search.
 #[derive(Debug, Clone)]
 pub(super) struct Minimum {
     /// The parameters.
@@ -53,7 +53,7 @@ pub(super) fn minimise(
         if longest == 0.0 {
             break;
         }
-        // Without any curvature known, the slope says no length: a moderate one.
+        // Without a known curvature, the slope gives no length: use a moderate one.
         let first = if memory.is_empty() { 0.5 / longest } else { (LONGEST / longest).min(1.0) };
         let along = dot(&direction, &slope);
         let step = (0..MOST_HALVINGS).find_map(|halving| {

@@ -1,10 +1,10 @@
-//! Models of plain tables of numbers: what a row not computed would give. Knows nothing of studies or datasets.
+//! Models that predict rows of plain tables of numbers. Independent of studies and datasets.
 //!
-//! - [`GaussianProcess`]: a process and noise, whose errors of rows left out are known without fitting anew.
+//! - [`GaussianProcess`]: a process with noise; errors of left-out rows follow without a new fit.
 //! - [`PolynomialChaos`]: polynomials by least squares, for comparison.
-//! - [`Success`]: how likely a row succeeds, where some fail.
+//! - [`Success`]: probability that a row succeeds, if some fail.
 //!
-//! All figures are the same for any number of threads: what runs in parallel is whole searches, each in one order.
+//! All figures are the same for any number of threads. Threads run whole searches, each in one order.
 
 mod chaos;
 mod error;

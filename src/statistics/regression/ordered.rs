@@ -1,8 +1,8 @@
 //! Cholesky factors and forward substitution in one order of operations.
 //!
-//! What a process does not know of a place is a small difference of large numbers: who computes it elsewhere has the same digits only by
-//! the same operations, each rounded by itself. Every entry here is what it was less one product after the other, from the first column
-//! on; how entries are taken together changes nothing.
+//! The variance at a place is a small difference of large numbers. Another program gets the same digits only with the same operations, each
+//! rounded separately. Every entry is computed by subtracting one product after the other, starting with the first column; the order in
+//! which entries are processed changes nothing.
 
 use nalgebra::DMatrix;
 use pulp::Arch;

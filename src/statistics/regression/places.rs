@@ -1,4 +1,4 @@
-//! Rows at one place, which a model sees as one.
+//! Rows at one place, which count as one in a model.
 
 use super::error::RegressionError;
 use super::groups::Groups;
@@ -7,7 +7,7 @@ use super::points::Points;
 /// Variance of runs at one place, as a share of the variance of the places' values, below which rounding is all that they differ by.
 const ROUNDING: f64 = 1e-24;
 
-/// A table with one row per place: what a model is fitted to.
+/// A table with one row per place, for the fit of a model.
 ///
 /// The value of a place is the mean of its runs. Rows with the same coordinates and the same value are one run: a deterministic
 /// computation that is repeated shows nothing new. Runs at one place that differ show the noise of a run.
@@ -20,7 +20,7 @@ pub struct Places {
     spread: Spread,
 }
 
-/// How runs at one place differ: the evidence of the noise that each run has of its own.
+/// Differences of runs at one place: evidence of the noise of each run.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct Spread {
     /// Sum of squared deviations from the means of their places.
@@ -91,7 +91,7 @@ impl Places {
         self
     }
 
-    /// The places with these numbers; the evidence of the noise stays that of all.
+    /// Selects places by number; the evidence of the noise stays the same.
     pub(super) fn select(&self, places: &[usize]) -> Self {
         let pick = |of: &[f64]| places.iter().map(|place| of[*place]).collect();
         Self {
@@ -136,14 +136,14 @@ impl Places {
         &self.runs
     }
 
-    /// How runs at one place differ.
+    /// Differences of runs at one place.
     pub fn spread(&self) -> Spread {
         self.spread
     }
 }
 
 impl Spread {
-    /// None where the squares are rounding beside the variance of these values.
+    /// None if the squares are rounding errors compared with the variance of these values.
     fn above(self, share: f64, values: &[f64]) -> Self {
         let mean = values.iter().sum::<f64>() / values.len() as f64;
         let variance = values.iter().map(|value| (value - mean) * (value - mean)).sum::<f64>() / values.len() as f64;

@@ -1,4 +1,4 @@
-//! Errors of rows that were left out.
+//! Errors of left-out rows.
 
 use super::groups::Groups;
 use decore_math::special::student_quantile;
@@ -8,12 +8,12 @@ const FEW_GROUPS: f64 = 40.0;
 /// Degrees of freedom that Student's distribution is expanded for at least.
 const LEAST_FREEDOM: f64 = 3.0;
 
-/// The error that a model makes in each row when that row, and those of its group, are left out of it.
+/// Error of a model in each row if the row and its group are left out.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Residuals {
     errors: Vec<f64>,
     std_devs: Vec<f64>,
-    /// What each row counts: 1 for each group.
+    /// Weight of each row: 1 for each group.
     counts: Vec<f64>,
     q2: f64,
     /// Mean square of the errors of the mean of the other groups, each group counting 1.
@@ -57,7 +57,7 @@ impl Residuals {
         (self.errors.iter().map(|error| error * error).sum::<f64>() / self.errors.len() as f64).sqrt()
     }
 
-    /// How many standard deviations an interval of the probability `level` has to reach on both sides to hold this share of the
+    /// Returns the reach, in standard deviations on both sides, for which an interval of probability `level` contains this share of the
     /// errors.
     ///
     /// The errors over their standard deviations are ranked, and that of rank `level (n + 1)` of `n` groups is taken, the rows of a group

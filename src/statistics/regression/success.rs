@@ -1,4 +1,4 @@
-//! How likely a row succeeds.
+//! Probability that a row succeeds.
 
 use super::error::RegressionError;
 use super::gaussian::{GaussianProcess, Prediction};
@@ -10,8 +10,8 @@ use super::points::Points;
 const LEAST_OF_A_KIND: f64 = 4.0;
 /// Mean and standard deviation of the logarithm of the slope.
 const SLOPE: [f64; 2] = [1.0, 1.0];
-/// Mean and standard deviation of the offset: how many rows fail is in the process's mean already, and rows that were chosen near a
-/// boundary say nothing of the rest.
+/// Mean and standard deviation of the offset. The share of failed rows is in the process's mean already, and rows chosen near a boundary
+/// carry no information about the rest.
 const OFFSET: [f64; 2] = [0.0, 0.1];
 /// When the search for slope and offset ends.
 const SEARCH: Stop = Stop { steps: 100, gain: 1e-9 };

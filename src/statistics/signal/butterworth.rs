@@ -52,7 +52,7 @@ impl Butterworth {
             let factor = if alone { warped / (2.0 + warped) } else { warped * warped / (2.0 - s).norm_sqr() };
             gain *= factor;
         }
-        // Poles nearest to the unit circle come last: what they amplify is not amplified again.
+        // Poles nearest to the unit circle come last, so that their gain is not amplified again.
         poles.sort_by(|p, q| (1.0 - q.norm()).abs().total_cmp(&(1.0 - p.norm()).abs()));
         Ok(Self { sections: sections(order, &poles, gain) })
     }

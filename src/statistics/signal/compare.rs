@@ -1,4 +1,4 @@
-//! What a calculated and a measured signal are compared by.
+//! Figures that compare a calculated with a measured signal.
 
 /// Difference of a calculated value from a measured one, relative to it: `(calculated - measured) / measured`, as the paper's
 /// differences of RMS values (page 1221: 0.0254 to 0.0137 are 85 %) and velocities are taken.
@@ -16,7 +16,7 @@ pub fn peak(values: &[f64]) -> f64 {
     values.iter().fold(0.0, |peak, value| value.abs().max(peak))
 }
 
-/// Frequency in Hz of the highest of the lines of a spectrum, the mean (the first) left out; `None` where there is none.
+/// Frequency in Hz of the highest of the lines of a spectrum, the mean (the first) left out; `None` if there is none.
 pub fn dominant_frequency_hz(lines: &[f64], resolution_hz: f64) -> Option<f64> {
     let highest = lines.iter().enumerate().skip(1).max_by(|(_, a), (_, b)| a.total_cmp(b))?;
     (*highest.1 > 0.0).then_some(highest.0 as f64 * resolution_hz)

@@ -1,6 +1,6 @@
-//! Why signals cannot be treated.
+//! Reasons why signals cannot be treated.
 
-/// Why a signal could not be treated.
+/// Reason why a signal could not be treated.
 #[derive(Debug, thiserror::Error)]
 pub enum SignalError {
     /// A filter that cannot be designed.
@@ -12,7 +12,7 @@ pub enum SignalError {
         cutoff_hz: f64,
         /// Samples a second.
         rate_hz: f64,
-        /// What is expected instead.
+        /// Expected value.
         expected: &'static str,
     },
     /// A signal that is too short.
@@ -22,7 +22,7 @@ pub enum SignalError {
         samples: usize,
         /// Least number.
         least: usize,
-        /// What for.
+        /// Purpose of the samples.
         purpose: &'static str,
     },
 }

@@ -1,14 +1,14 @@
-//! Signals, measured ones beside calculated ones: plain slices in, plain data out.
+//! Comparison of measured with calculated signals: plain slices in, plain data out.
 //!
 //! - [`Spectrum`]: amplitudes of a signal's frequencies
 //! - [`Butterworth`]: a low-pass, and filtering that shifts nothing in time
 //! - [`welch`]: power spectral density
-//! - [`spikes`]: samples that a vibrometer lost, marked and left as they are
-//! - [`offset`]: how much later a measurement begins, by cross-correlation
-//! - [`relative_difference`], [`rms`], [`peak`], [`dominant_frequency_hz`]: what is compared
+//! - [`spikes`]: samples that a vibrometer lost; they are marked, not changed
+//! - [`offset`]: delay of a measurement, by cross-correlation
+//! - [`relative_difference`], [`rms`], [`peak`], [`dominant_frequency_hz`]: compared figures
 //!
-//! Filter and density are those of `scipy.signal`: the crates that port them end the program on bad input (sci-rs 0.4) or filter
-//! by the quotient of two polynomials (butterworth 0.1), which loses digits at low cut-off frequencies.
+//! Filter and density agree with `scipy.signal`. Crates that port them panic on bad input (sci-rs 0.4), or filter with the quotient of two
+//! polynomials (butterworth 0.1), which loses digits at low cut-off frequencies.
 
 mod butterworth;
 mod compare;

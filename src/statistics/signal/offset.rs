@@ -1,4 +1,4 @@
-//! How much later one signal shows what another shows, by cross-correlation.
+//! Delay between two signals, by cross-correlation.
 
 use rustfft::num_complex::Complex;
 
@@ -8,13 +8,13 @@ use super::transform::Transform;
 /// A shift between two signals.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Offset {
-    /// Time in s by which the second signal shows later what the first shows.
+    /// Delay in s of the second signal.
     pub time_s: f64,
     /// Correlation coefficient where both overlap at that shift, -1 to 1.
     pub correlation: f64,
 }
 
-/// Where two signals are alike.
+/// Time shifts at which two signals are most alike.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Offsets {
     /// As they are.
@@ -66,7 +66,7 @@ fn centred(values: &[f64]) -> Vec<f64> {
     values.iter().map(|value| value - mean).collect()
 }
 
-/// All `sum_j first_j later_(j + k)`, `k` modulo `length`, by transforms: that of the conjugate is the conjugate of the inverse.
+/// All `sum_j first_j later_(j + k)`, `k` modulo `length`, by transforms: the transform of the conjugate is the conjugate of the inverse.
 fn products(first: &[f64], later: &[f64], length: usize) -> Vec<f64> {
     let transform = Transform::of(length);
     let transformed = |values: &[f64]| {
@@ -79,7 +79,7 @@ fn products(first: &[f64], later: &[f64], length: usize) -> Vec<f64> {
     transform.run(lines).into_iter().map(|product| product.re).collect()
 }
 
-/// Correlation coefficient of two signals of equal length; 0 where one does not vary.
+/// Correlation coefficient of two signals of equal length; 0 if one does not vary.
 fn correlation(a: &[f64], b: &[f64]) -> f64 {
     let (a, b) = (centred(a), centred(b));
     let product = |a: &[f64], b: &[f64]| a.iter().zip(b).map(|(a, b)| a * b).sum::<f64>();
@@ -94,7 +94,7 @@ pub struct Grid {
     pub from_s: f64,
     /// From one to the next, s.
     pub interval_s: f64,
-    /// How many.
+    /// Number of samples.
     pub count: usize,
 }
 
@@ -164,7 +164,7 @@ mod tests {
         // 7500 * 2e-5 lies beyond 0.15 by rounding.
         let end = Grid { from_s: 0.0, interval_s: 2e-5, count: 7501 };
         assert_eq!(resampled(&[0.0, 0.15], &[1.0, 4.0], end, f64::INFINITY).last(), Some(&Some(4.0)));
-        // Its ends belong to the samples, what is between them to none.
+        // Its ends belong to the samples, the points between them to none.
         assert_eq!([0.05, 0.1, 0.25, 0.4].map(|at| within(at, 0.2).is_some()), [true, true, false, true]);
         assert!((at(0.05).expect("within") - 2.0).abs() < 1e-15 && (at(0.25).expect("within") - 1.5).abs() < 1e-15);
     }

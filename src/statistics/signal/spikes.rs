@@ -1,4 +1,4 @@
-//! Samples that were lost: a vibrometer whose laser's reflection fails gives one value far from all around it.
+//! Lost samples: a vibrometer that loses its laser's reflection gives one value far from its neighbours.
 
 /// Samples on each side that a sample is held against.
 const NEIGHBOURS: usize = 3;
@@ -12,7 +12,8 @@ const NORMAL: f64 = 1.4826;
 /// Places of single-sample spikes: samples whose distance from the median of the three samples on each side is more than three
 /// times the range of those six, and more than eight times the robust standard deviation (1.4826 times the median) of such
 /// distances over the signal. A range counts as no less than the signal's resolution, its smallest step from one sample to the next: a
-/// quantised signal flickers by that where it rests. A step or an impact that takes several samples is none: its neighbours differ themselves, and
+/// quantised signal flickers by that where it rests. A step or an impact that takes several samples is none: its neighbours differ
+/// themselves, and
 /// beside it a spike has to be as much higher to be found. Nothing is changed.
 pub fn spikes(values: &[f64]) -> Vec<usize> {
     let found: Vec<(f64, f64)> = values.windows(2 * NEIGHBOURS + 1).map(distance).collect();

@@ -1,7 +1,7 @@
-//! The discrete Fourier transform, from those of rustfft's algorithms that signals need.
+//! Discrete Fourier transform with the algorithms of rustfft that signals need.
 //!
-//! Its planner chooses among all it has. They are generic, so all would be compiled here, only to transform lengths with factors
-//! of 7 to 31 or some large primes faster than Bluestein's algorithm does.
+//! The library's planner chooses among all its algorithms. They are generic, so all would be compiled here, only to transform lengths with
+//! factors of 7 to 31 or some large primes faster than Bluestein's algorithm.
 
 use std::f64::consts::TAU;
 use std::sync::Arc;
@@ -17,7 +17,7 @@ const DIRECTION: FftDirection = FftDirection::Forward;
 pub(super) struct Transform(Arc<dyn Fft<f64>>);
 
 impl Transform {
-    /// That of a length, not 0.
+    /// Plan for this number of samples, at least 1.
     pub fn of(samples: usize) -> Self {
         let twos = samples.trailing_zeros();
         let mut transform: Arc<dyn Fft<f64>> = Arc::new(Radix4::new(1 << twos, DIRECTION));
@@ -54,7 +54,7 @@ pub(super) struct RealTransform {
 }
 
 impl RealTransform {
-    /// That of a length, not 0.
+    /// Plan for this number of samples, at least 1.
     pub fn of(samples: usize) -> Self {
         let length = if samples.is_multiple_of(2) { samples / 2 } else { samples };
         Self { samples, transform: Transform::of(length) }

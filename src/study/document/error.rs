@@ -1,15 +1,15 @@
-//! Faults of studies: where they are, what was expected, what to do.
+//! Errors of studies: place, expected value, remedy.
 
 use std::fmt;
 use std::ops::Range;
 use std::path::PathBuf;
 
-/// Most faults of a file that are told of.
+/// Largest number of reported errors of a file.
 pub(super) const MOST_FAULTS: usize = 20;
 /// Most characters of a line that are shown, about the fault, and of a key.
 const SHOWN: usize = 160;
 
-/// Why a study cannot be used.
+/// Reason why a study cannot be used.
 #[derive(Debug, thiserror::Error)]
 pub enum StudyError {
     /// A file could not be read.
@@ -17,7 +17,7 @@ pub enum StudyError {
     Read {
         /// The file.
         path: PathBuf,
-        /// Why.
+        /// Cause.
         source: std::io::Error,
     },
     /// Faults in the text, in the order of their places; at least one.
@@ -66,7 +66,7 @@ impl StudyError {
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
 #[error("{reason}")]
 pub struct InvalidRow {
-    /// What is wrong, with the paths of the offending quantities.
+    /// The fault, with the paths of the values.
     pub reason: String,
 }
 
@@ -75,9 +75,9 @@ pub struct InvalidRow {
 pub struct FileLocation {
     /// Name of the file as it was given.
     pub file: String,
-    /// Line; `None` where the fault belongs to no line, e.g. a missing table.
+    /// Line; `None` if the fault belongs to no line, e.g. a missing table.
     pub line: Option<usize>,
-    /// Column; `None` where the fault belongs to no line.
+    /// Column; `None` if the fault belongs to no line.
     pub column: Option<usize>,
     /// Text of the line.
     pub source_line: String,
@@ -116,13 +116,13 @@ impl FileLocation {
 /// One fault.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Problem {
-    /// Where it is.
+    /// Place of the fault.
     pub place: FileLocation,
     /// Path of the key; empty for a fault of syntax.
     pub key: String,
-    /// What is wrong.
+    /// The fault.
     pub message: String,
-    /// What was expected, where that is not part of the message.
+    /// Expected value, if it is not part of the message.
     pub expected: Option<String>,
     /// The nearest known key or name.
     pub nearest: Option<String>,

@@ -1,4 +1,4 @@
-//! What a file may contain, key by key, read from its JSON schema: one table serves parser, schema and paths.
+//! Permitted keys of a file, read from its JSON schema: one table for parser, schema and paths.
 
 use serde_json::Value as Json;
 use toml::Value;
@@ -8,7 +8,7 @@ use super::path;
 use super::tree::{Content, Document, Node};
 use decore_quantity::words::nearest;
 
-/// What is allowed at one place of a file.
+/// Permitted content at one place of a file.
 #[derive(Debug, Clone)]
 pub(crate) enum Shape {
     /// Table with fixed keys, in the order of the schema.
@@ -32,7 +32,7 @@ pub(crate) enum Shape {
 }
 
 impl Shape {
-    /// Reads a schema as schemars writes it. What it never writes counts as free text.
+    /// Reads a schema of schemars. Unknown parts count as free text.
     pub fn from_schema(schema: &Json) -> Self {
         Self::read(schema, schema)
     }
@@ -130,7 +130,7 @@ impl Shape {
         }
     }
 
-    /// Whether a plain value fits; the error says what it is instead.
+    /// Whether a plain value fits; the error describes the value.
     pub fn accepts(&self, value: &Value) -> Result<(), String> {
         let fits = match (self, value) {
             (Self::Number, Value::Float(number)) if !number.is_finite() => {
@@ -192,7 +192,7 @@ fn type_words(value: &Value) -> String {
 
 /// Checks a document against its shape: unknown keys, wrong types, numbers that are not finite, missing keys.
 ///
-/// `provided` tells whether something outside the document gives a value for a path.
+/// `provided` returns whether something outside the document gives a value for a path.
 pub(crate) fn check(document: &Document, shape: &Shape, provided: &dyn Fn(&[String]) -> bool) -> Vec<Problem> {
     let mut walk = Walk { document, provided, problems: Vec::new() };
     walk.node(&document.root, shape, &mut Vec::new());
@@ -251,7 +251,7 @@ impl Walk<'_> {
                         }
                         _ => None,
                     };
-                    // A table's span is its header, where the key says more.
+                    // A table's position is its header; the key is more precise.
                     let is_table = matches!(node.content, Content::Table(_));
                     let span = if is_table { &node.key } else { &node.span };
                     let place = self.document.place(span.clone());
@@ -302,7 +302,7 @@ fn abbreviated(text: &str, choices: &[String]) -> Option<String> {
     choices.iter().filter(|_| text.len() <= 4).find(stands).cloned()
 }
 
-/// Why a path leads nowhere.
+/// Reason why a path does not exist.
 #[derive(Debug, Clone, PartialEq)]
 pub(crate) struct UnknownPath {
     pub message: String,

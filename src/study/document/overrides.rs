@@ -45,7 +45,7 @@ impl Override {
         Ok(Self { text: setting.to_string(), path: at, value })
     }
 
-    /// Where it is, for messages.
+    /// Place of the override, for messages.
     pub fn place(&self) -> FileLocation {
         place(&self.text)
     }
@@ -56,7 +56,7 @@ impl Override {
         !matches!(path.as_slice(), ["goal", ..] | ["design", "factor", _, "role"])
     }
 
-    /// Whether it concerns the rows' scenes rather than what all rows share.
+    /// Whether it changes the rows' scenes, not only shared settings.
     pub fn reaches_rows(&self) -> bool {
         !self.path.first().is_some_and(|first| SHARED_KEYS.contains(&first.as_str()))
     }

@@ -1,4 +1,4 @@
-//! A tree of values read as a type, with the key at fault.
+//! Reads a tree of values as a type; errors contain the key.
 
 use std::fmt;
 
@@ -9,13 +9,13 @@ use toml::Value;
 /// Reads a tree of values; the error is the key's path and the message.
 pub(crate) fn read_tree<T: serde::de::DeserializeOwned>(value: Value) -> Result<T, (String, String)> {
     T::deserialize(Tree(value)).map_err(|refused| {
-        // What holds for the whole has no key.
+        // A fault of the whole has no key.
         let path = if refused.path.is_empty() { ".".to_owned() } else { refused.path };
         (path, refused.message)
     })
 }
 
-/// Why a tree is not of a type.
+/// Reason why a tree does not have a type.
 #[derive(Debug)]
 struct Refused {
     /// Path of the value at fault from where its reader stands: keys with dots between them, positions in brackets.
@@ -54,12 +54,12 @@ impl serde::de::Error for Refused {
 
 /// A tree of values, which a type reads itself from.
 ///
-/// A [`Value`] would do, but reads a table three times over, for it may also be an array of what the keys hold, or a date with its
-/// parts: code for all of them is made of each of a study's tables. Here a struct is a table and a date its text.
+/// A [`Value`] would work too, but its code for each of a study's tables would be three times as large, because it may also be an array or
+/// a date with its parts. Here a struct is a table and a date its text.
 struct Tree(Value);
 
 impl Tree {
-    /// That a visitor expects something else.
+    /// Error of a visitor that expects something else.
     fn refused<'de, V: Visitor<'de>>(&self, visitor: &V) -> Refused {
         let date;
         let found = match &self.0 {

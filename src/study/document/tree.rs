@@ -1,4 +1,4 @@
-//! A TOML document with the place of every key and value, so that any later fault can be shown in the text.
+//! A TOML document with the position of every key and value, so that later errors can show the text.
 
 use std::ops::Range;
 
@@ -17,7 +17,7 @@ pub(crate) struct Document {
     pub name: String,
     /// The text as read.
     pub text: String,
-    /// Where its lines begin.
+    /// Begin of each line.
     begins: Vec<usize>,
     /// The top-level table.
     pub root: Node,
@@ -47,7 +47,7 @@ pub(crate) struct TextSpan<'a> {
 }
 
 impl Document {
-    /// Parses `text`; syntax errors become problems, all that the parser can tell apart at once.
+    /// Parses `text`; syntax errors become problems, as many as the parser can separate.
     pub fn parse(name: &str, text: &str) -> Result<Self, Vec<Problem>> {
         // A byte order mark is legal at the start of a file and would shift the columns.
         let text = text.strip_prefix('\u{feff}').unwrap_or(text);
@@ -71,7 +71,7 @@ impl Document {
                 }
             })
             .collect();
-        // After its first fault the rest of a line says little.
+        // After its first fault, the rest of a line is not useful.
         problems.dedup_by_key(|problem| problem.place.line);
         let span = table.span();
         let mut document = Self {

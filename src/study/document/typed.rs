@@ -1,4 +1,4 @@
-//! What a user typed: a text, the folder that its file names start from, and the values set over it.
+//! Typed input: a text, the folder for relative file names, and the overrides.
 
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
@@ -15,13 +15,13 @@ pub(crate) struct Typed {
     pub document: Document,
     /// The file that it was read from; `None` for a text alone.
     pub file: Option<PathBuf>,
-    /// Where relative file names start.
+    /// Folder for relative file names.
     pub directory: PathBuf,
     /// Folder of the file with the design's rows, where it is another one.
     pub row_directory: Option<PathBuf>,
     /// Texts of hammer files by the name that the study gives them; these files are not opened.
     pub hammers: BTreeMap<String, String>,
-    /// What is set over the text, in order.
+    /// Overrides of the text, in order.
     pub overrides: Vec<Override>,
 }
 

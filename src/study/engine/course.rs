@@ -1,4 +1,4 @@
-//! Rows until there are enough: what every command does that runs the rows of a dataset, judges them, and may decide on more.
+//! Runs rows until there are enough: common to all commands that run the rows of a dataset, judge them, and may add more.
 //!
 //! # States
 //!
@@ -10,20 +10,19 @@
 //!               +---- stopped: the same command finds the same state ----+
 //! ```
 //!
-//! - missing: rows of the study, as decided so far, are in no part. They are run, and no others.
-//! - failed: all rows are there, some are not done, and the command has larger budgets for these. They are run again.
-//! - whole: nothing is left to run. The command looks at the dataset.
+//! - missing: some rows of the current study are in no part. Only these are run.
+//! - failed: all rows exist, but some are not done, and the command has larger budgets for them. They are re-run.
+//! - whole: no rows are left to run. The command examines the dataset.
 //!
-//! A sweep by itself ([`sweep`](super::sweep())) is one of the first two states: `decore run` runs the rows that are missing,
-//! `decore run --only-failed` those that failed.
+//! A sweep ([`sweep`](super::sweep())) is one of the first two states: `decore run` runs missing rows, `decore run --only-failed` failed
+//! ones.
 //!
-//! # What makes it go on
+//! # Repeated commands
 //!
-//! The state is read from the dataset and the options alone, never from the memory of a process. Each decision is in a file before
-//! the first row that follows from it is run: the number of rows in the manifest of the grown dataset (which replaces the old one
-//! in one step), the rows of a table in the study's file of rows, the budgets and rows of a repair in the manifest's `reruns`. A look
-//! is taken at whole datasets only. So a command that is killed or stopped anywhere takes the same looks when it is repeated, decides
-//! the same, and leaves the same bytes, the manifest's included.
+//! The state follows only from the dataset and the options, never from the memory of a process. Each decision is written to a file before
+//! its first row runs: the number of rows in the manifest of the grown dataset (which replaces the old one in one step), the rows of a
+//! table in the study's file of rows, the budgets and rows of a repair in the manifest's `reruns`. The command examines only complete
+//! datasets. So a repeated command decides the same after a kill or stop anywhere, and leaves the same bytes, the manifest's included.
 
 use std::path::Path;
 
@@ -34,7 +33,7 @@ use decore_dataset::{DatasetError, SweepState, settle};
 pub enum Verdict {
     /// There are enough rows.
     Enough,
-    /// More are to be run: which ones, the next [`Course::run_missing`] finds written.
+    /// More rows are needed; the next [`Course::run_missing`] reads which.
     More,
 }
 
@@ -70,7 +69,7 @@ pub trait Course {
 /// # Errors
 /// Any error of the course, or [`DatasetError::InUse`].
 pub fn pursue<C: Course>(folder: &Path, course: &mut C) -> Result<SweepState, C::Error> {
-    // What the command reads first is the old dataset or the grown one, not something in between.
+    // The command first reads the old dataset or the grown one, never a mixture.
     settle(folder)?;
     loop {
         for run in [C::run_missing, C::run_failed] {
@@ -89,7 +88,7 @@ pub fn pursue<C: Course>(folder: &Path, course: &mut C) -> Result<SweepState, C:
 mod tests {
     use super::*;
 
-    /// Three looks, each of which asks for a row; a stop at a given call. What is decided and run outlives the course.
+    /// Three looks, each of which asks for a row; a stop at a given call. Decisions and rows outlive the course.
     struct Counted<'a> {
         disk: &'a mut Vec<&'static str>,
         calls_left: usize,

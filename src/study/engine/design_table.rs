@@ -7,8 +7,8 @@ use crate::CheckedStudy;
 use decore_dataset::{DatasetInfo, FactorColumn, RowRecord, TableColumn};
 use decore_quantity::{CellColumn, Kind, Value};
 
-/// The columns of a design's rows: the index of the row, then the factors, derived ones included. And what their table says of the study,
-/// whose machines need not be reduced.
+/// Columns of a design's rows: the index of the row, then the factors, including derived ones. Also the metadata of their table about the
+/// study, whose machines need not be reduced.
 pub fn design_table(study: &CheckedStudy) -> (DatasetInfo, Vec<TableColumn>) {
     let info = dataset_info(study, BTreeMap::new(), BTreeMap::new(), None);
     let rows: Vec<Vec<Value>> = (0..study.row_count()).map(|row| study.row_values(row)).collect();

@@ -1,4 +1,4 @@
-//! Why a study could not be made ready to run.
+//! Reasons why a study could not be prepared to run.
 
 use std::path::PathBuf;
 
@@ -10,7 +10,7 @@ use decore_model::structure::StructureError;
 /// Memory in bytes that the signals of a row may take.
 pub(super) const MOST_SIGNAL_BYTES: f64 = 1e9;
 
-/// Why there is no engine for a study.
+/// Reason why there is no engine for a study.
 #[derive(Debug, thiserror::Error)]
 pub enum EngineError {
     /// The study is wrong.
@@ -24,7 +24,7 @@ pub enum EngineError {
     Read {
         /// The file.
         path: PathBuf,
-        /// Why.
+        /// Cause.
         source: std::io::Error,
     },
     /// The tables.
@@ -53,13 +53,13 @@ pub enum EngineError {
     Outputs {
         /// The key of the study's table `outputs`.
         key: &'static str,
-        /// What is wrong with it.
+        /// The fault.
         message: String,
     },
     /// A further machine lacks a point.
     #[error("[{table}] has no interface point `{point}`, which the study uses")]
     MissingPoint {
-        /// Where the machine stands in the study.
+        /// Table of the machine in the study.
         table: String,
         /// The point.
         point: String,
@@ -70,13 +70,13 @@ pub enum EngineError {
          have the points that it uses at the same places"
     )]
     MovedPoint {
-        /// Where the machine stands in the study.
+        /// Table of the machine in the study.
         table: String,
         /// The point.
         point: String,
-        /// Where it is there, m.
+        /// Position on this machine, m.
         found: [f64; 3],
-        /// Where the study's first machine has it, m.
+        /// Position on the study's first machine, m.
         expected: [f64; 3],
     },
 }

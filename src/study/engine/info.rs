@@ -1,4 +1,4 @@
-//! What the tables must know of a study, and a row as they take it.
+//! Information for the tables: the study, and the rows.
 
 use std::collections::BTreeMap;
 
@@ -11,7 +11,7 @@ use decore_model::scene::NumericalTwin;
 use decore_quantity::Kind;
 use decore_statistics::design::Quality;
 
-/// What the tables must know of a study, the files it is computed from and the settings outside it, and the signals that are kept.
+/// Collects the information for the tables: the study, its files, its outside settings, and the stored signals.
 pub fn dataset_info(
     checked: &CheckedStudy,
     inputs: BTreeMap<String, String>,
@@ -85,7 +85,7 @@ fn design_quality(study: &CheckedStudy) -> serde_json::Value {
     summary.into()
 }
 
-/// A number of nine significant digits: more say nothing here, and these survive being read and written again.
+/// A number with nine significant digits: more carry no information, and these survive writing and reading.
 fn nine_digits(value: f64) -> serde_json::Value {
     format!("{value:.8e}").parse::<f64>().map_or(serde_json::Value::Null, Into::into)
 }

@@ -1,4 +1,4 @@
-//! Checksums of the structure's files: the rows depend on them as on the study.
+//! Checksums of the structure's files, because the rows depend on them as on the study.
 
 use std::collections::BTreeMap;
 use std::fs::File;

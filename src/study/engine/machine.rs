@@ -1,4 +1,4 @@
-//! The machine of a study: its structure reduced once, its modes per placement of the hammers.
+//! The machine of a study: structure reduced once, modes per placement of the hammers.
 
 use std::collections::{BTreeMap, HashMap};
 use std::sync::{Arc, Mutex, OnceLock, PoisonError};
@@ -33,12 +33,12 @@ type PlacementKey = (Vec<(PointsKey, [u64; 7])>, Vec<(PointId, PointsKey)>, Vec<
 pub struct Machine {
     reduced: ReducedStructure,
     options: ModalOptions,
-    /// Where modes are selected per scene.
+    /// Settings of the selection of modes per scene.
     selection: Option<SelectionSettings>,
     housings: Housings,
     /// The reduction from which numerical twins take all modes.
     whole: AllModes,
-    /// The modes that rows run on: all of them, or what the study's tolerance selects.
+    /// Modes for rows: all of them, or the selection for the study's tolerance.
     cache: Mutex<HashMap<PlacementKey, Arc<PlacedModes>>>,
     /// The elastic castings of the study, by their indices.
     castings: ElasticCastings,
@@ -64,13 +64,13 @@ pub struct ElasticCasting {
     body: ElasticBody,
 }
 
-/// What a scene puts on the machine.
+/// Hammers and fixtures of a scene on the machine.
 struct Placement {
     /// The bodies that the structure carries.
     bodies: Vec<RigidMass>,
     /// The points at which the scene touches the structure, in the order of the rows of mode shapes.
     points: Vec<PointId>,
-    /// Their nodes and directions.
+    /// Nodes and directions.
     rows: Vec<DirectedPoints>,
     /// Points of elastic castings: those that links join come first.
     castings: BTreeMap<usize, CastingPoints>,
@@ -83,7 +83,7 @@ struct CastingPoints {
     watched: Vec<(PointId, BodyPoint)>,
 }
 
-/// A structure before its reduction: what a study is checked against.
+/// A structure before its reduction, for the checks of a study.
 #[derive(Debug)]
 pub enum SourceModel {
     /// A finite element model.
@@ -189,7 +189,7 @@ impl Machine {
         })
     }
 
-    /// What a user should know of it, in lines: a kept reduction that could not be used, what looks wrong about its matrices.
+    /// Notes for the user, in lines: a cached reduction that could not be used, doubtful matrices.
     pub fn notes(&self) -> &[String] {
         &self.notes
     }
@@ -277,7 +277,7 @@ impl Machine {
         Ok(modes)
     }
 
-    /// What was selected for a scene; `None` where the study sets no tolerance.
+    /// Selection of modes for a scene; `None` if the study sets no tolerance.
     ///
     /// # Errors
     /// As for [`Machine::modes`].
@@ -286,7 +286,8 @@ impl Machine {
         self.selection.map(select).transpose()
     }
 
-    /// Selects the modes that matter to a scene's mounts (first), fixtures and watched points: what was selected, and the modes to run on.
+    /// Selects the modes that matter to a scene's mounts (first), fixtures and watched points. Returns the selection, and the modes to run
+    /// on.
     ///
     /// # Errors
     /// As for [`Machine::modes`]; settings out of range.
@@ -345,7 +346,7 @@ impl Placement {
         }
     }
 
-    /// The kept modes, then what stands for the others.
+    /// Kept modes, then residual modes.
     fn selected(&self, modes: &ModesAt, selection: &ModeSelection) -> InterfaceModes {
         let residual = &selection.residual;
         let with_residual = |of: &[f64], residual: &[f64]| -> Vec<f64> {
@@ -361,8 +362,8 @@ impl Placement {
     }
 }
 
-/// What a study's reduction keeps: all six DOFs of every candidate mount, which a housing that is added needs, or where housings are
-/// part of the machine its vertical alone; the vertical of every other point.
+/// DOFs that a study's reduction keeps: all six DOFs of every candidate mount, because a housing is added there (only the vertical if
+/// housings are part of the machine), and the vertical of every other point.
 pub fn reduction_settings(settings: &StructureSettings, demand: &InterfaceDemand) -> ReductionSettings {
     let dofs = match settings.housings {
         Housings::Add => 0..POINT_DOFS,

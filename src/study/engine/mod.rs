@@ -1,12 +1,12 @@
-//! From a study to rows that run: what a program that embeds decore begins with, and what every command stands on.
+//! Runs the rows of a study: the entry point for programs that embed decore, and the basis of every command.
 //!
 //! ```text
 //! Study --points, constraints--> CheckedStudy --machines reduced--> Engine --> scene, outcome, signals, dataset
 //! ```
 //!
-//! A [`Study`](crate::Study) is what a file says. A [`CheckedStudy`](crate::CheckedStudy) knows the interface points
-//! of its machine; only it has rows, as constraints may ask where points are. An [`Engine`] has the machines reduced to what the
-//! rows use. Nothing here prints, draws or ends the process: a sweep tells a closure of [`SweepEvent`]s and stops by a flag.
+//! A [`Study`](crate::Study) is the content of a file. A [`CheckedStudy`](crate::CheckedStudy) knows the interface points of its machine.
+//! Only it has rows, because constraints may use the positions of points. An [`Engine`] has the machines, reduced for the rows. Nothing
+//! here prints, draws or ends the process: a sweep reports [`SweepEvent`]s to a closure and stops by a flag.
 
 mod course;
 mod design_table;

@@ -1,4 +1,4 @@
-//! Counts the rows of a sweep as they end, tells the caller, and keeps the dataset's status file up to date.
+//! Counts finished rows of a sweep, informs the caller, and updates the dataset's status file.
 
 use std::collections::VecDeque;
 use std::path::Path;
@@ -12,15 +12,15 @@ use decore_model::structure::peak_memory_bytes;
 
 /// Time between two writings of the status file.
 const INTERVAL: Duration = Duration::from_secs(2);
-/// Rows that are not done of which the status tells.
+/// Largest number of failed rows in the status.
 const LAST_ERRORS: usize = 10;
 
-/// What a sweep begins with.
+/// State at the start of a sweep.
 pub(super) struct Beginning<'a> {
     pub place: DatasetDir,
     /// Rows that the dataset is to hold.
     pub rows: u64,
-    /// Rows that are there already, and those of them that are not done.
+    /// Existing rows, and those that are not done.
     pub recovered: (u64, u64),
     pub threads: u64,
     pub listener: &'a Listener<'a>,
@@ -55,7 +55,7 @@ impl<'a> Monitor<'a> {
         monitor
     }
 
-    /// Notes how a row ended and tells of it; returns the number of rows that are not done, those of earlier runs included.
+    /// Records the outcome of a row and reports it; returns the number of rows that are not done, including earlier runs.
     pub fn note(&self, row: u64, outcome: &RowOutcome) -> u64 {
         (self.beginning.listener)(SweepEvent::RowEnded(outcome.status));
         let mut tally = self.tally.lock().unwrap_or_else(PoisonError::into_inner);
@@ -113,13 +113,13 @@ impl<'a> Monitor<'a> {
 
     fn write(&self, status: &SweepStatus) {
         // Results do not depend on it; a full disk is reported by those who write results.
-        // A folder made anew meanwhile is another writer's.
+        // A folder rebuilt meanwhile is another writer's.
         if self.beginning.place.is_there() {
             let _ = status.write(self.beginning.place.path());
         }
     }
 
-    /// Tells that time passed, and keeps the status file up to date.
+    /// Reports elapsed time, and updates the status file.
     pub fn tick(&self) {
         (self.beginning.listener)(SweepEvent::Tick);
         let elapsed = self.started.elapsed();

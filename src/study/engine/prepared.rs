@@ -1,4 +1,4 @@
-//! A study made ready: checked against its machines, the machines reduced.
+//! A study ready to run: checked, with reduced machines.
 
 use std::any::Any;
 use std::collections::BTreeMap;
@@ -30,13 +30,13 @@ const SAME_PLACE_M: f64 = 1e-6;
 
 /// The rows of a sweep: simulated by an [`Engine`], or made up.
 pub trait RowRunner: Sync {
-    /// The study whose rows they are, held to its machine.
+    /// Study of the rows, checked against its machine.
     fn checked(&self) -> &CheckedStudy;
     /// The study as loaded.
     fn study(&self) -> &Study {
         self.checked().study()
     }
-    /// What the tables must know of the study.
+    /// Information on the study for the tables.
     fn info(&self) -> DatasetInfo;
     /// Runs a row. Pure: depends on the study and the row alone.
     fn outcome(&self, row: usize) -> RowOutcome;
@@ -66,7 +66,7 @@ pub struct Engine {
 /// The scene of a row and the modes of the machine that it is on.
 #[derive(Debug, Clone)]
 pub struct RowScene {
-    /// All that the row says.
+    /// Scene of the row.
     pub scene: Scene,
     /// Modes of the machine with the scene's housings on their mounts.
     pub modes: Arc<PlacedModes>,
@@ -81,8 +81,7 @@ impl Engine {
         Self::new(Study::load(path)?.with_overrides(overrides)?)
     }
 
-    /// Checks a study against the interface points of its machines, applies its constraints, and reduces the machines to what
-    /// its rows use.
+    /// Checks a study against the interface points of its machines, applies its constraints, and reduces the machines for its rows.
     ///
     /// # Errors
     /// Faults of the study, of a machine's files or reduction; machines whose points are not at the same places.
@@ -111,7 +110,7 @@ impl Engine {
         Self { retries, ..self }
     }
 
-    /// What users should know of the machines, in lines: kept reductions that could not be used, what looks wrong.
+    /// Notes on the machines for users, in lines: cached reductions that could not be used, doubtful matrices.
     pub fn notes(&self) -> impl Iterator<Item = &str> {
         [&self.machine].into_iter().chain(&self.further).flat_map(Machine::notes).map(String::as_str)
     }
@@ -162,7 +161,7 @@ impl Engine {
         scene.machine.and_then(|index| self.further.get(index)).unwrap_or(&self.machine)
     }
 
-    /// The outcome of a row, retries and twins included, and its signals every `interval_s`; none where the row describes no
+    /// The outcome of a row, retries and twins included, and its signals every `interval_s`; none if the row describes no
     /// scene.
     ///
     /// # Errors
@@ -192,8 +191,8 @@ impl Engine {
         self.alone(self.checked.scene_at(levels), None)
     }
 
-    /// The outcomes where the factors have the levels of each of these points, in their order: those of [`Engine::outcome_at`],
-    /// computed side by side and on several threads. `None` where `stop` was set before all had begun.
+    /// Outcomes at the levels of each of these points, in their order, as by [`Engine::outcome_at`], in lanes and on several threads.
+    /// `None` if `stop` was set before all had begun.
     ///
     /// `threads`: as [`BatchSettings::threads`].
     ///
@@ -300,7 +299,7 @@ impl RowTask for GivenPoints<'_> {
     }
 }
 
-/// Rows of an engine as what is to be done.
+/// Rows of an engine as jobs.
 struct Jobs<'j> {
     engine: &'j Engine,
     scene: &'j dyn Fn(u64) -> Result<Scene, InvalidRow>,
@@ -367,7 +366,7 @@ fn same_points(table: &str, demand: &InterfaceDemand, [first, other]: [&PointTab
     Ok(())
 }
 
-/// A study held to its machine, which is read but not reduced: its rows are known, and cannot be run.
+/// Checks a study against its machine, which is read but not reduced: its rows are known, but cannot run.
 ///
 /// # Errors
 /// What is wrong with the study or the files of its machine.

@@ -1,4 +1,4 @@
-//! Rows of a design that have the same factors as others: which they are, and how each is run once.
+//! Repeated rows of a design: rows with equal factors, and how each is run once.
 
 use std::collections::{HashMap, VecDeque};
 use std::sync::{Condvar, Mutex, MutexGuard, PoisonError};
@@ -17,7 +17,7 @@ const MOST_KEPT: usize = 4096;
 /// Time after which a thread looks again for an outcome that it waits for.
 const LOOK: Duration = Duration::from_millis(50);
 
-/// Which rows of a sweep have the same factors.
+/// Rows of a sweep with equal factors.
 #[derive(Debug, Default)]
 pub struct Repeats {
     /// The class of each row that is not by itself.
@@ -154,7 +154,7 @@ impl Shared {
         turn
     }
 
-    /// Keeps the outcome of a class's row for those to come; `None` of one that did not end.
+    /// Stores the outcome of a class's row for later ones; `None` for a row that did not end.
     fn note(&self, class: usize, outcome: Option<&RowOutcome>) {
         let mut table = self.lock();
         table.states[class] = ClassState::Open;

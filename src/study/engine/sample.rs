@@ -1,4 +1,4 @@
-//! The rows of a sweep that have a numerical twin.
+//! Rows of a sweep with a numerical twin.
 
 use crate::Study;
 use decore_math::random::{below, hash};

@@ -1,4 +1,4 @@
-//! The signals that a sweep keeps: what a study's `[outputs]` asks for, held to what there is.
+//! Signals that a sweep stores: the request in `[outputs]`, checked against the available signals.
 
 use std::collections::BTreeSet;
 
@@ -11,17 +11,17 @@ use decore_quantity::words::{did_you_mean, nearest};
 
 /// Interval in s of the signals unless the study states another.
 const DEFAULT_INTERVAL_S: f64 = 1e-3;
-/// Bytes that the signals of a part of the tables may take, and those of the rows that wait for their turn; a single row may exceed it.
+/// Largest number of bytes of the signals of a part, and of the waiting rows; a single row may exceed it.
 const MOST_BYTES: u64 = 1 << 26;
 /// Bytes of a value in the journal.
 const CELL_BYTES: f64 = 9.0;
 
-/// Which signals of which rows are kept.
+/// Rows and signals to store.
 #[derive(Debug, Clone)]
 pub(super) struct KeptSignals {
-    /// Which, and over what they are averaged.
+    /// Signals, and their averaging.
     pub settings: MeanSettings,
-    /// Their columns.
+    /// Columns of the signals.
     pub columns: Vec<SignalColumn>,
     /// The rows; `None`: all.
     rows: Option<BTreeSet<u64>>,
@@ -29,7 +29,7 @@ pub(super) struct KeptSignals {
     row_bytes: u64,
 }
 
-/// The longest duration of a row in s: that of the first row that describes a scene, where no factor drives it.
+/// Longest duration of a row in s: the duration of the first row with a scene, if no factor drives it.
 fn longest_duration_s(checked: &CheckedStudy) -> f64 {
     let drives = |factor: &FactorInfo| factor.paths().iter().any(|path| path == "duration_s");
     let looked_at = if checked.study().factors().iter().any(drives) { usize::MAX } else { 1 };
@@ -38,7 +38,7 @@ fn longest_duration_s(checked: &CheckedStudy) -> f64 {
 }
 
 impl KeptSignals {
-    /// What a study asks for; `None` where it keeps no signals.
+    /// Reads the request of a study; `None` if it keeps no signals.
     ///
     /// # Errors
     /// [`EngineError::Outputs`]: a signal that there is not, or twice; a row beyond the last.

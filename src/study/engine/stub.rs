@@ -1,4 +1,4 @@
-//! A built-in scene that takes a given time and whose outputs are made up: for tests of the runner and of a cluster.
+//! A built-in scene with a given run time and artificial outputs, for tests of the runner and of clusters.
 
 use std::collections::BTreeMap;
 use std::time::{Duration, Instant};

@@ -1,4 +1,4 @@
-//! All rows of a study, or a range of them, into its dataset; the same sweep again goes on where it ended.
+//! Runs all rows of a study, or a range of them, into its dataset. The same sweep again continues.
 
 use std::path::Path;
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -17,24 +17,24 @@ use decore_model::run::{
     BatchError, BatchSettings, BatchSummary, DEFAULT_WINDOW, RowOutcome, RowSource, RowTask, run_batch, thread_count,
 };
 
-/// How to run a sweep. The default runs all rows on all threads, goes on with a dataset that is there, and tells nobody.
+/// Settings of a sweep. The default runs all rows on all threads, continues an existing dataset, and reports to nobody.
 #[derive(Clone, Copy)]
 pub struct SweepSettings<'a> {
     /// Threads that run rows; 0 (default): see [`thread_count`]. Results do not depend on it.
     pub threads: usize,
     /// The range of rows that the dataset is to hold; `None` (default): all.
     pub rows: Option<RowSpan>,
-    /// What becomes of a dataset that is there; default: it is continued.
+    /// Action for an existing dataset. Default: continue it.
     pub existing: Existing,
     /// Rows to run again in place of those that are there, and no others; `None` (default): all that are missing are run.
     pub again: Option<&'a RerunSelection>,
-    /// Stop when more rows than this are not done, those of earlier runs included; `None` (default): never.
+    /// Stop if more rows than this are not done, including earlier runs; `None` (default): never.
     pub max_failed: Option<u64>,
-    /// Where to write how the sweep ended (JSON); `None` (default): nowhere but in the dataset.
+    /// File for the final status (JSON). Default: `None`, only in the dataset.
     pub summary: Option<&'a Path>,
     /// Set from outside (another thread, a signal handler) to start no more rows; the sweep sets it when too many failed.
     pub stop: Option<&'a AtomicBool>,
-    /// Told of rows as they end.
+    /// Receives rows as they end.
     pub listener: &'a Listener<'a>,
 }
 
@@ -67,7 +67,7 @@ impl Engine {
 /// failed rows. Rows with the same factors are run once, see [`Repeats`].
 ///
 /// # Errors
-/// A folder that is in use, holds another study, lies in another dataset, would take the place of the study's files, or cannot be
+/// A folder that is in use, holds another study, lies in another dataset, would replace the study's files, or cannot be
 /// written; a number of threads out of range, or threads that cannot be started.
 pub fn sweep(rows: &dyn RowRunner, folder: &Path, settings: &SweepSettings<'_>) -> Result<SweepStatus, EngineError> {
     let threads = thread_count(settings.threads).map_err(BatchError::from)?;
@@ -107,14 +107,14 @@ pub fn sweep(rows: &dyn RowRunner, folder: &Path, settings: &SweepSettings<'_>) 
     listener(SweepEvent::Repeats { rows: repeats.count() as u64 });
     let shared = Shared::new(repeats);
     let task = SweepTask { rows, recorder: writer.recorder(), monitor: &monitor, limit, shared: &shared };
-    // Rows that wait for their turn hold their signals, of which a part has what is allowed at a time.
+    // Waiting rows hold their signals; a part holds as many as permitted at a time.
     let window = if info.signals.is_empty() { DEFAULT_WINDOW } else { info.rows_per_part.max(2 * threads as u64) };
     let window = window.min(DEFAULT_WINDOW);
     let tick = || monitor.tick();
     let batch = BatchSettings { threads, window, stop: limit.stop, tick: &tick };
     let summary = run_batch(left(), &batch, &task, |_, row| writer.accept(row?));
     listener(SweepEvent::Ends);
-    // What was handed over before a failure is kept.
+    // Keep everything that was stored before a failure.
     let finished = writer.finish();
     let status = match (&summary, &finished) {
         (Ok(_), Err(error)) => monitor.status(SweepState::NotWritten, error.to_string()),
@@ -171,7 +171,7 @@ impl RowTask for SweepTask<'_> {
     }
 }
 
-/// How a sweep ended.
+/// End of a sweep.
 fn ending(
     monitor: &Monitor<'_>,
     summary: &Result<BatchSummary, BatchError<DatasetError>>,
@@ -189,7 +189,7 @@ fn ending(
     monitor.status(state, message)
 }
 
-/// How rows run again ended: rows whose turn did not come are there as they were, and others may be missing.
+/// End of re-runs: rows whose turn did not come are unchanged, and others may be missing.
 fn whole_ending(status: SweepStatus, manifest: &Manifest) -> SweepStatus {
     let status = SweepStatus { rows_done: manifest.rows_done, rows_failed: manifest.rows_failed(), ..status };
     if status.state != SweepState::Complete || manifest.complete {

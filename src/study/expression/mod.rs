@@ -12,7 +12,7 @@ use std::fmt;
 /// Deepest nesting: more is no expression that a person wrote.
 const MAX_DEPTH: usize = 64;
 
-/// What an expression gives.
+/// Value of an expression.
 #[derive(Debug, Clone, PartialEq)]
 pub enum Outcome {
     /// A number.
@@ -33,25 +33,25 @@ impl fmt::Display for Outcome {
     }
 }
 
-/// Where names get their values.
+/// Source of the values of names.
 pub trait Scope {
-    /// Value of a name; the error says why there is none.
+    /// Value of a name; the error contains the reason if there is none.
     fn value(&self, name: &str) -> Result<Outcome, String>;
     /// Value of a function that is not built in; its arguments are names or texts.
     fn call(&self, function: &str, arguments: &[&str]) -> Result<f64, String>;
 }
 
-/// Why a text is no expression.
+/// Reason why a text is not an expression.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
 #[error("{message} (character {column})")]
 pub struct ExpressionError {
     /// Character at which the fault was seen, counted from 1.
     pub column: usize,
-    /// What is wrong.
+    /// The fault.
     pub message: String,
 }
 
-/// What a word of an expression stands for.
+/// Role of a word in an expression.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Role {
     /// Something that has a value.
@@ -71,7 +71,7 @@ pub struct Word {
     pub column: usize,
     /// The word, without quotes.
     pub text: String,
-    /// What it stands for.
+    /// Role of the word.
     pub role: Role,
 }
 
@@ -122,7 +122,7 @@ impl Expression {
         Self { root: Node::Constant(Outcome::Number(number)), words: Vec::new() }
     }
 
-    /// Its names and texts, functions that are built in apart, in order.
+    /// Names and texts in order, without built-in functions.
     pub fn words(&self) -> &[Word] {
         &self.words
     }
@@ -344,7 +344,7 @@ impl Parser {
         Ok(node)
     }
 
-    /// What begins with a name: a value, or a function with its arguments.
+    /// Parses a value or a function call.
     fn name(&mut self, column: usize, name: String) -> Result<Node, ExpressionError> {
         let word = |role: Role| Word { column, text: name.clone(), role };
         if self.take(&["("]).is_none() {
@@ -406,7 +406,7 @@ fn evaluate(node: &Node, scope: &dyn Scope) -> Result<Outcome, String> {
     })
 }
 
-/// What an operator makes of a value and the operand behind it, which is not looked at where the value decides.
+/// Applies an operator to a value and the operand behind it. The operand is not evaluated if the value decides.
 fn joined(left: Outcome, symbol: &str, (right, scope): (&Node, &dyn Scope)) -> Result<Outcome, String> {
     Ok(match symbol {
         "or" | "||" => Outcome::Truth(as_truth(left)? || truth(right, scope)?),
@@ -593,7 +593,7 @@ mod tests {
         }
         assert!(Expression::parse(&"(".repeat(100_000)).is_err());
         assert!(Expression::parse(&"-".repeat(100_000)).is_err());
-        // As long as somebody likes: what is not nested is not walked level by level.
+        // Any length: text without nesting is not walked level by level.
         let long = "a".to_owned() + &" + a".repeat(99_999);
         assert_eq!(value(&long), Ok(Outcome::Number(200_000.0)));
         assert_eq!(value(&("a > 1".to_owned() + &" and a > 1".repeat(50_000))), Ok(Outcome::Truth(true)));

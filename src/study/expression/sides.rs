@@ -22,7 +22,7 @@ impl Expression {
         }
     }
 
-    /// Unit of the value, where sums and single names tell it. `of`: units of names.
+    /// Unit of the value, if it follows from sums and single names. `of`: units of names.
     ///
     /// # Errors
     /// A sum, a comparison, `min`, `max` or `hypot` of different units.
@@ -60,7 +60,7 @@ fn unit(node: &Node, of: &dyn Fn(&str) -> Unit) -> Result<Unit, String> {
     }
 }
 
-/// The one unit of operands; numbers without a unit take that of the others.
+/// Common unit of operands; numbers without a unit take the unit of the others.
 fn same(units: Vec<Unit>, operator: &str) -> Result<Unit, String> {
     let mut known = units.into_iter().flatten();
     let Some(first) = known.next() else { return Ok(None) };

@@ -1,11 +1,11 @@
-//! Columns of a text table of others: cells between commas, semicolons or tabs.
+//! Columns of a text table: cells between commas, semicolons or tabs.
 
 use std::path::Path;
 
 use super::parquet::ColumnPlace;
 use decore_files::Limit;
 
-/// What may stand between cells, the usual first.
+/// Possible separators of cells, the usual one first.
 const SEPARATORS: [u8; 3] = [b',', b';', b'\t'];
 
 /// The cells of these columns, row by row, each with its line. Between semicolons and tabs a comma in a number stands for the decimal
@@ -77,7 +77,7 @@ fn header(text: &str, separator: u8) -> Result<Vec<String>, csv::Error> {
     Ok(reader(text, separator).headers()?.iter().map(str::to_string).collect())
 }
 
-/// What stands between the cells: the first by which all columns are found, else that by which the header has most of them.
+/// Finds the separator of the cells: the first one that gives all columns, else the one with most columns in the header.
 fn separator(text: &str, columns: &[&str], place: ColumnPlace<'_>) -> u8 {
     let header = |separator: u8| header(text, separator).unwrap_or_default();
     let finds_all = |separator: &u8| {

@@ -21,7 +21,7 @@ pub(crate) struct DesignPlan {
     pub files: Vec<RowFile>,
 }
 
-/// What must hold in every row.
+/// Condition on every row.
 #[derive(Debug, Clone)]
 pub(crate) struct Constraint {
     /// As written.
@@ -36,7 +36,7 @@ struct DesignReader<'a> {
     around: &'a Surroundings<'a>,
     /// The factors so far.
     factors: Vec<FactorInfo>,
-    /// Those of them that the design draws, as it takes them.
+    /// Factors that the design draws, in its form.
     drawn: Vec<Factor>,
     problems: Vec<Problem>,
 }
@@ -92,7 +92,7 @@ impl DesignReader<'_> {
         KindReader { entry: self.entry, drawn, directory: self.around.typed.row_directory() }
     }
 
-    /// The kind of design; `None` where something is at fault.
+    /// The kind of design; `None` if something is at fault.
     fn kind(&mut self) -> Option<DesignChoice> {
         match self.kind_reader().kind() {
             Ok(chosen) => Some(chosen).filter(|_| self.problems.is_empty()),
@@ -127,8 +127,7 @@ impl DesignPlan {
         }
     }
 
-    /// Where the tree has no value at a path that a factor drives, puts the first row's there; the error is the path and what is
-    /// wrong with it.
+    /// Fills missing values at the paths of factors with the values of the first row. The error contains the path and the fault.
     pub fn fill_gaps(&self, tree: &mut toml::Table) -> Result<(), (String, String)> {
         for (at, value) in self.driven(&self.row(0)) {
             if path::get(tree, at).is_none() {
@@ -148,7 +147,7 @@ impl DesignPlan {
         self.factors.iter().find(|factor| factor.drives.iter().any(|driven| accepts(&driven.path)))
     }
 
-    /// The paths that factors drive, with what they have for these values of the factors.
+    /// Paths that factors drive, with their values for these values of the factors.
     pub fn driven(&self, values: &[Value]) -> Vec<(&[String], toml::Value)> {
         let mut all = Vec::new();
         for (factor, value) in self.factors.iter().zip(values) {
@@ -159,7 +158,7 @@ impl DesignPlan {
 
     /// Values of all factors, in the study's order, for the levels of the drawn ones.
     ///
-    /// A derived factor whose expression has no value is not a number; the error says why.
+    /// If the expression of a derived factor has no value, the factor is NaN, and the error contains the reason.
     pub fn values(&self, levels: &[Level]) -> (Vec<Value>, Option<String>) {
         let mut values = Vec::with_capacity(self.factors.len());
         let mut fault = None;

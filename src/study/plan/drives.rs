@@ -1,4 +1,4 @@
-//! What a factor drives, as typed: parameters of the study that rows may change.
+//! Targets of a factor, as typed: parameters of the study that vary between rows.
 
 use super::factor::{Driven, FactorInfo, Link, to_toml};
 use super::reader::FactorReader;

@@ -1,4 +1,4 @@
-//! One factor of a study: what it varies over, where its value comes from, what it drives.
+//! One factor of a study: domain, source of its value, targets.
 
 use crate::document::path;
 use crate::expression::{self, Expression, Scope};
@@ -7,33 +7,33 @@ use decore_model::parameter::short;
 use decore_quantity::{Kind, Value};
 use decore_statistics::design::{Distribution, Level};
 
-/// One factor of a study: what it is and what it drives.
+/// One factor of a study: domain and targets.
 #[derive(Debug, Clone, PartialEq)]
 pub struct FactorInfo {
     /// Name as in the study.
     pub name: String,
     /// Type of its values, hence of its column.
     pub kind: Kind,
-    /// Its unit, if the study names one.
+    /// Unit, if the study gives one.
     pub unit: Option<String>,
     /// The values that it chooses from; empty for a range.
     pub values: Vec<Value>,
-    /// Who chooses its value.
+    /// Role of the factor.
     pub role: FactorRole,
-    /// Where its value comes from.
+    /// Source of the value.
     pub(crate) source: FactorSource,
     /// The parameters that it drives.
     pub(crate) drives: Vec<Driven>,
 }
 
-/// Where a factor's value comes from.
+/// Source of a factor's value.
 #[derive(Debug, Clone, PartialEq)]
 pub(crate) enum FactorSource {
     /// A factor of the design.
     Drawn {
-        /// Its index there.
+        /// Index in that source.
         index: usize,
-        /// What it varies over; categories stand for the factor's values.
+        /// Domain; categories are indices of the factor's values.
         distribution: Distribution,
     },
     /// An expression of factors before it.
@@ -52,7 +52,7 @@ pub(crate) struct Driven {
     pub link: Link,
 }
 
-/// How a parameter follows its factor.
+/// Relation of a parameter to its factor.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct Link {
     pub factor: f64,
@@ -60,7 +60,7 @@ pub(crate) struct Link {
 }
 
 impl FactorInfo {
-    /// What it varies over; categories stand for [`FactorInfo::values`]. `None` for a derived factor.
+    /// Domain; categories are indices of [`FactorInfo::values`]. `None` for a derived factor.
     pub fn distribution(&self) -> Option<&Distribution> {
         match &self.source {
             FactorSource::Drawn { distribution, .. } => Some(distribution),
@@ -81,7 +81,7 @@ impl FactorInfo {
         self.drives.iter().map(|driven| path::join(&driven.path)).collect()
     }
 
-    /// What it varies over, in words: a range, a distribution, its values or its expression.
+    /// Domain in words: a range, a distribution, the values or the expression.
     pub fn domain(&self) -> String {
         let span = |low: f64, high: f64| format!("{} to {}", short(low), short(high));
         let about = |mean: f64, std_dev: f64| format!("normal, {} +- {}", short(mean), short(std_dev));
@@ -124,7 +124,7 @@ impl FactorInfo {
         }
     }
 
-    /// The levels at the ends of its range, or all its categories: what has to be sound for every row to be.
+    /// Levels at the ends of its range, or all its categories: if these are valid, every row is.
     pub(crate) fn extremes(&self) -> Vec<Level> {
         match self.distribution() {
             None => Vec::new(),
@@ -148,7 +148,7 @@ pub(crate) fn to_toml(value: &Value) -> toml::Value {
 }
 
 impl Driven {
-    /// What the parameter has for a value of its factor.
+    /// Value of the parameter for a value of its factor.
     pub fn value(&self, factor: &Value) -> toml::Value {
         match factor.number() {
             Some(number) if self.link != Link::SAME => toml::Value::Float(self.link.factor * number + self.link.offset),
@@ -186,7 +186,7 @@ impl Scope for Factors<'_> {
     }
 }
 
-/// Type of the values of what a factor varies over.
+/// Type of the values of a factor's domain.
 pub(crate) fn kind_of(distribution: &Distribution, values: &[Value]) -> Kind {
     match distribution {
         Distribution::Integer { .. } | Distribution::LogInteger { .. } => Kind::Integer,

@@ -1,4 +1,4 @@
-//! From the keys of the design section to the kind of design, its parts and correlations.
+//! Reads the kind of design, its parts and correlations from the keys of the design section.
 
 use std::path::Path;
 use std::sync::Arc;
@@ -10,7 +10,7 @@ use decore_statistics::design::{DesignError, DesignKind, Kind, Needs, Product, P
 
 /// A key at fault.
 pub(super) struct Fault {
-    /// Its path.
+    /// Path of the table.
     pub at: Vec<String>,
     pub message: String,
 }
@@ -26,7 +26,7 @@ pub(super) struct DesignChoice {
 pub(crate) struct RowFile {
     /// As the study names it.
     pub name: String,
-    /// Its rows, written out: they stand for the file, whose format does not matter.
+    /// Rows as text, in place of the file: its format does not matter.
     pub content: String,
 }
 
@@ -35,7 +35,7 @@ pub(super) struct KindReader<'a> {
     pub entry: &'a DesignEntry,
     /// The drawn factors, in the order of the design.
     pub drawn: Vec<&'a FactorInfo>,
-    /// Where relative file names start.
+    /// Folder for relative file names.
     pub directory: &'a Path,
 }
 
@@ -140,7 +140,7 @@ impl<'a> KindReader<'a> {
     }
 }
 
-/// A factor as typed, with what it varies over from a table's file where the study says nothing of it.
+/// A factor as typed. If the study gives no domain, it comes from the table's file.
 pub(super) fn spanned(
     design: &DesignEntry,
     (name, factor): (&str, &FactorEntry),

@@ -1,8 +1,8 @@
-//! What each factor of a study is and drives, and the design that draws it.
+//! Factors of a study: domains and targets, and the design that draws them.
 //!
-//! Each file imports those before it only: `factor` (what a factor is), `pages` and `parquet` (Parquet files of
-//! others), `delimited` (text files of others), `table` (rows from files), `kinds` (the kind of design),
-//! `reader` (faults with their places), `drives` and `varies` (the two halves of a factor as typed), `design` (all of it).
+//! Each file imports only those before it: `factor` (a factor), `pages` and `parquet` (foreign Parquet files), `delimited` (foreign text
+//! files), `table` (rows from files), `kinds` (the kind of design), `reader` (errors with their places), `drives` and `varies` (the two
+//! halves of a factor in the file), `design` (all of it).
 
 mod delimited;
 pub(super) mod design;

@@ -1,7 +1,7 @@
-//! Pages of a Parquet file: what they state of their sizes is held to the bytes that are there, before anything is decoded.
+//! Pages of a Parquet file. Their stated sizes are compared with the available bytes before decoding.
 //!
-//! Decoders take memory by the numbers in a page's head. The head is a struct of Thrift's compact protocol, of which only the
-//! few numbers that memory goes by are read here.
+//! Decoders allocate memory by the numbers in a page's header. The header is a struct of Thrift's compact protocol. Only the few numbers
+//! that determine memory are read here.
 
 use std::io::{self, Read};
 
@@ -31,7 +31,7 @@ mod kind {
     pub const STRUCT: u8 = 12;
 }
 
-/// What a page's head states.
+/// Contents of a page's header.
 #[derive(Debug, Default, PartialEq, Eq)]
 struct PageHead {
     unpacked: u64,
@@ -49,7 +49,7 @@ pub(super) fn check(bytes: &[u8], column: &ColumnChunkMetaData) -> Result<(), St
         .ok()
         .zip(usize::try_from(length).ok())
         .and_then(|(start, length)| bytes.get(start..start.checked_add(length)?))
-        .ok_or_else(|| "its column lies outside of it: it is damaged or cut short".to_owned())?;
+        .ok_or_else(|| "its column lies outside of it: it is damaged or truncated".to_owned())?;
     while !rest.is_empty() {
         let page = PageHead::read(&mut rest).and_then(|head| {
             let (page, behind) = rest.split_at_checked(usize::try_from(head.packed).ok()?)?;
@@ -71,7 +71,7 @@ pub(super) fn check(bytes: &[u8], column: &ColumnChunkMetaData) -> Result<(), St
     Ok(())
 }
 
-/// Whether gzip bytes unpack to more than `most`; the other packings tell their decoders where to stop.
+/// Whether gzip bytes unpack to more than `most`; other packings give their decoders a limit.
 fn unpacks_beyond(packed: &[u8], most: u64) -> bool {
     let mut left = MultiGzDecoder::new(packed).take(most + 1);
     io::copy(&mut left, &mut io::sink()).is_ok_and(|unpacked| unpacked > most)
@@ -135,7 +135,7 @@ fn skip(rest: &mut &[u8], what: u8, depth: usize) -> Option<()> {
             let count = if byte >> 4 == 0x0f { unsigned(rest)? } else { u64::from(byte >> 4) };
             for _ in 0..count {
                 match byte & 0x0f {
-                    // Within a list they take a byte; as fields the type says it all.
+                    // In a list they take a byte; for fields the type contains the value.
                     kind::TRUE | kind::FALSE => drop(take(rest, 1)?),
                     inner => skip(rest, inner, depth.checked_sub(1)?)?,
                 }

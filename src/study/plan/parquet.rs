@@ -1,4 +1,4 @@
-//! Columns of a Parquet file of others, as texts.
+//! Columns of a foreign Parquet file, as texts.
 
 use std::path::Path;
 use std::sync::Arc;
@@ -23,7 +23,7 @@ const MOST_ROWS: usize = 10_000_000;
 /// Rows that are decoded at a time.
 const BATCH_ROWS: usize = 1024;
 
-/// Where a factor's column is among the names of a file's columns, or why it is not.
+/// Finds a factor's column among the names of a file's columns, or returns the reason why it is missing.
 pub(super) type ColumnPlace<'a> = &'a dyn Fn(&str, &[String]) -> Result<usize, String>;
 
 /// The cells of these factors' columns, row by row, whatever the compression but LZO and Brotli.
@@ -39,7 +39,7 @@ pub(super) fn read(file: &Path, factors: &[&str], place: ColumnPlace<'_>) -> Res
 
 fn decode(bytes: Bytes, (file, factors): (&Path, &[&str]), place: ColumnPlace<'_>) -> Result<Vec<Vec<String>>, String> {
     let fault = |reason: &dyn std::fmt::Display| format!("cannot read {}: {reason}", file.display());
-    // As the file has them: what its writer had in memory (dictionaries, views of texts) does not matter.
+    // Types of the file; the writer's types in memory (dictionaries, views of texts) do not matter.
     let options = ArrowReaderOptions::new().with_skip_arrow_metadata(true);
     let reader = ParquetRecordBatchReaderBuilder::try_new_with_options(bytes.clone(), options);
     let reader = reader.map_err(|error| fault(&error))?;
@@ -71,7 +71,7 @@ fn decode(bytes: Bytes, (file, factors): (&Path, &[&str]), place: ColumnPlace<'_
     Ok(rows)
 }
 
-/// Holds what a file states to its bytes, for the columns that are to be read.
+/// Compares the stated sizes of a file with its bytes, for the columns to read.
 fn check(bytes: &[u8], metadata: &ParquetMetaData, places: &[usize]) -> Result<(), String> {
     // Packed, a column of a single value takes no bytes for its rows.
     let stated = metadata.file_metadata().num_rows();

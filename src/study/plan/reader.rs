@@ -1,4 +1,4 @@
-//! A factor as typed while it is read, with what is wrong with it.
+//! Reads a factor, and collects its errors.
 
 use crate::document::error::Problem;
 use crate::document::keys::Shape;
@@ -7,7 +7,7 @@ use crate::document::typed::Typed;
 use crate::file::FactorEntry;
 use decore_quantity::Value;
 
-/// What the design section of a study stands in.
+/// Context of the design section of a study.
 pub(crate) struct Surroundings<'a> {
     pub typed: &'a Typed,
     pub shape: &'a Shape,
@@ -27,7 +27,7 @@ pub(super) struct FactorReader<'a> {
     pub around: &'a Surroundings<'a>,
     pub name: &'a str,
     pub entry: &'a FactorEntry,
-    /// What was found wrong.
+    /// Problems found.
     pub problems: Vec<Problem>,
 }
 

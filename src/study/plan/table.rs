@@ -22,7 +22,7 @@ pub struct TableRow {
 /// The column with the numbers of rows in files that decore writes.
 const ROW: &str = "row";
 
-/// What begins the name of a factor's column in files that decore writes.
+/// Prefix of a factor's column in files that decore writes.
 pub(super) const PREFIX: &str = "factor_";
 
 /// Reads the factors' columns; columns of other names are left alone.
@@ -61,8 +61,8 @@ fn check_numbers(file: &Path) -> Result<(), String> {
     })
 }
 
-/// What a factor's column varies over: the ends of its numbers, or its values where they are texts or a single one; `integer` has
-/// values typed as whole numbers.
+/// Range of a factor's column: the ends of its numbers, or its values if they are texts or a single one. `integer`: values are whole
+/// numbers.
 pub(super) fn span(file: &Path, factor: &str, integer: bool) -> Result<CellSpan, String> {
     let column = factor_rows(file, &[factor])?;
     let texts = || column.iter().filter_map(|row| row.cells.first());
@@ -85,7 +85,7 @@ pub(super) fn span(file: &Path, factor: &str, integer: bool) -> Result<CellSpan,
     Ok(CellSpan::Values(vec![if integer { Value::Integer(low as i64) } else { Value::Real(low) }]))
 }
 
-/// What the cells of a column span.
+/// Range of the cells of a column.
 pub(super) enum CellSpan {
     Range([f64; 2]),
     Values(Vec<Value>),
@@ -140,7 +140,7 @@ fn rows(file: &Path, columns: &[&str], place: ColumnPlace<'_>) -> Result<Vec<Tab
     Ok(rows)
 }
 
-/// Where a factor's column is among these.
+/// Finds a factor's column.
 fn place(file: &Path, factor: &str, header: &[String]) -> Result<usize, String> {
     // Files that decore writes have underscores for all but letters and digits; datasets have a letter first besides.
     let safe = |name: &str| identifier(name, "n");

@@ -1,4 +1,4 @@
-//! What a factor varies over, as typed: a range, a distribution, values, or an expression.
+//! Domain of a factor, as typed: a range, a distribution, values, or an expression.
 
 use super::factor::FactorInfo;
 use super::reader::FactorReader;
@@ -55,7 +55,7 @@ impl FactorReader<'_> {
         }
     }
 
-    /// What a drawn factor varies over; something that stands in for it where that is at fault.
+    /// Domain of a drawn factor; a substitute if it has errors.
     pub fn distribution(&mut self) -> Distribution {
         if let Some(distribution) = self.shaped() {
             return distribution;

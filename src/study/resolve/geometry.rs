@@ -1,4 +1,4 @@
-//! Whether what stands on the machine stands where its interface points are: strikes are vertical, so x and y must agree.
+//! Checks that parts on the machine are at their interface points: strikes are vertical, so x and y must agree.
 
 use super::issue::Issue;
 use super::placement::PointTable;
@@ -7,11 +7,12 @@ use decore_model::workpiece::Casting;
 
 /// Distance in m up to which places agree: coordinates are typed to a millimetre.
 const AGREEMENT_M: f64 = 1e-3;
-/// What to do about a fault.
+/// Remedy for a fault.
 const REMEDY: &str = "correct one of them, or set `geometry = \"as_given\"`";
 
-/// Faults of a row's geometry: strike points beside their mounts, fixtures beside their interface points, two hammers in one
-/// place, or nearer than their bores are wide: what is outside of these is not known. They are faults of the row: another row may place a hammer elsewhere.
+/// Errors of a row's geometry: strike points that are not under their mounts, fixtures that are not at their interface points, two hammers
+/// in one place or nearer than the width of their bores (their outside is unknown). They are errors of the row: another row may place a
+/// hammer elsewhere.
 pub(crate) fn check(hammers: &[HammerUnit], castings: &[Casting], points: &PointTable) -> Vec<Issue> {
     let mut issues = Vec::new();
     let mut fault = |path: String, message: String| {

@@ -1,4 +1,4 @@
-//! What keeps values from being a scene.
+//! Problems that prevent a scene.
 
 /// Something that keeps a study from being a scene.
 #[derive(Debug, Clone, PartialEq)]
@@ -7,7 +7,7 @@ pub(crate) struct Issue {
     pub path: String,
     pub message: String,
     pub nearest: Option<String>,
-    /// Whether only this row is at fault (a hammer beside its casting), not the study.
+    /// Whether only this row has the fault (a hammer that misses its casting), not the study.
     pub row_only: bool,
 }
 

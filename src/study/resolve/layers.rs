@@ -1,4 +1,4 @@
-//! Hammer parameters in layers: built-in hammer, hammer file, the study's own values.
+//! Hammer parameters in layers: built-in hammer, hammer file, values of the study.
 
 use toml::Value;
 
@@ -12,11 +12,11 @@ const ALTERNATIVES: [&[&str]; 2] =
 pub(crate) struct Conflict {
     /// Path of the second statement within the layer.
     pub path: Vec<String>,
-    /// What is wrong.
+    /// The fault.
     pub message: String,
 }
 
-/// Lays `over` on `base`: tables are merged, everything else is replaced, alternatives to what is given anew go.
+/// Lays `over` over `base`: tables are merged, everything else is replaced, and alternatives to new values are removed.
 ///
 /// # Errors
 /// [`Conflict`] if one table of `over` holds two alternatives.

@@ -1,4 +1,4 @@
-//! From values to a scene: defaults filled in, names looked up, geometry worked out.
+//! Converts values to a scene: fills in defaults, looks up names, computes the geometry.
 
 mod geometry;
 pub(super) mod issue;

@@ -1,4 +1,4 @@
-//! Where hammers stand: interface points with their coordinates, rails through them.
+//! Positions of hammers: interface points with their coordinates, and rails through them.
 
 use std::collections::BTreeMap;
 
@@ -41,7 +41,7 @@ pub struct Rail {
     pub points: Vec<String>,
 }
 
-/// Why a hammer cannot be placed.
+/// Reason why a hammer cannot be placed.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 pub(crate) enum PlacementError {
     #[error("the machine has no interface point `{0}`")]

@@ -1,4 +1,4 @@
-//! The scenes of rows: values put at their paths into the tree of the study's values, which is then read like any file.
+//! Scenes of rows: values set at their paths in the tree of the study's values, which is then read like any file.
 
 use toml::Value;
 
@@ -15,9 +15,9 @@ use decore_model::scene::Scene;
 /// All that the scenes of a study's rows share.
 #[derive(Debug, Clone)]
 pub(crate) struct SceneReader {
-    /// The study's values without what does not concern rows.
+    /// Values of the study that concern rows.
     pub template: toml::Table,
-    /// Overrides of these values: they go over those of factors.
+    /// Overrides of these values; they replace values of factors.
     pub overrides: Vec<Override>,
     /// Rails of the machine.
     pub rails: Vec<Rail>,

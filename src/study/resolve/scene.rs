@@ -1,4 +1,4 @@
-//! From the study as typed, one row's values applied, to the scene: defaults filled in, names looked up, geometry worked out.
+//! Converts the study with one row's values to the scene: fills in defaults, looks up names, computes the geometry.
 
 use super::geometry;
 use super::issue::Issue;
@@ -14,7 +14,7 @@ use decore_model::workpiece::{
 };
 use decore_quantity::words::nearest;
 
-/// What rows share.
+/// Data that rows share.
 pub(crate) struct Context<'a> {
     pub rails: &'a [Rail],
     /// Names of the further machines.

@@ -19,7 +19,7 @@ use decore_model::workpiece::{CastingStructure, CastingStructureEntry};
 /// The rail of the built-in station.
 const STATION_RAIL: (&str, [&str; 9]) = ("rail", ["R1", "R2", "R3", "R4", "R5", "R6", "R7", "R8", "R9"]);
 
-/// Where the machine comes from.
+/// Source of the machine.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub enum StructureSource {
     /// The built-in station.
@@ -68,7 +68,7 @@ fn files_of(files: &ModelFiles) -> Vec<(&'static str, &Path)> {
     all.into_iter().filter_map(|(key, path)| Some((key, path?))).collect()
 }
 
-/// Finite element model of an elastic casting: its files, and what is kept of it.
+/// Finite element model of an elastic casting: its files and settings.
 #[derive(Debug, Clone, PartialEq)]
 pub struct CastingModel {
     /// Files of the matrices, without interface points.
@@ -115,11 +115,11 @@ impl CastingModel {
 /// The machine and its reduction.
 #[derive(Debug, Clone, PartialEq)]
 pub struct StructureSettings {
-    /// Where it comes from.
+    /// Source of the machine.
     pub source: StructureSource,
     /// Modes of the coupled machine are kept up to this frequency in Hz.
     pub cutoff_hz: f64,
-    /// Instead of all modes up to the cut-off, those of all that a scene needs for this error of its receptances.
+    /// Selects modes for this error of a scene's receptances, instead of all modes up to the cut-off.
     pub mode_tolerance: Option<f64>,
     /// Edge of the band for which that error holds, in Hz.
     pub mode_band_hz: f64,
@@ -133,7 +133,7 @@ pub struct StructureSettings {
     pub rails: Vec<Rail>,
 }
 
-/// Reads a file that has the table `[structure]` and nothing else; `None` for a study, told by its hammers or castings.
+/// Reads a file that has only the table `[structure]`; `None` for a study, recognised by its hammers or castings.
 ///
 /// # Errors
 /// [`StudyError::Read`] if the file cannot be read, [`StudyError::Invalid`] with all faults found.
@@ -197,7 +197,7 @@ impl StructureSettings {
 pub(crate) struct MachineTable<'a> {
     pub entry: &'a StructureEntry,
     pub typed: &'a Typed,
-    /// Where it stands in the study.
+    /// Table of the machine in the study.
     pub at: &'a [&'a str],
 }
 
@@ -213,8 +213,8 @@ impl Reader<'_> {
         self.problems.push(problem);
     }
 
-    /// Whether a tolerance says which modes count: one that is given, else the preset's unless the study says it itself, by a
-    /// cut-off or by a list of damping ratios, one per mode.
+    /// Whether a tolerance selects the modes: a given one, or the preset's, unless the study selects them with a cut-off or a list of
+    /// damping ratios, one per mode.
     fn selects_modes(&self) -> bool {
         let entry = self.table.entry;
         let listed = entry.damping_ratio_file.is_some() || matches!(entry.damping_ratio, Some(Damping::PerMode(_)));

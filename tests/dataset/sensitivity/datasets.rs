@@ -67,7 +67,7 @@ fn failed_rows_are_named_and_their_blocks_left_out() {
     for expected in [
         "FROM 127 OF 128 blocks: 1 are incomplete and left out",
         "1 row (613): diverged: ",
-        "what is left out is no sample of all",
+        "the failed rows are not a random sample",
         "estimator salib",
     ] {
         assert!(shown.contains(expected), "{expected} in\n{shown}");
@@ -78,7 +78,7 @@ fn failed_rows_are_named_and_their_blocks_left_out() {
 fn intervals_of_few_units_are_told() {
     let said = |design: &str| {
         let shown = text(&Dataset::of(design).analyse(&["--output", "delivered_work_j", "--bootstrap", "20"]).stdout);
-        shown.contains("intervals of fewer than 20 ")
+        shown.contains("intervals from fewer than 20 ")
     };
     assert!(said("kind = \"morris\"\ntrajectories = 19") && said("kind = \"saltelli\"\nbase_points = 16"));
     assert!(!said("kind = \"morris\"\ntrajectories = 20") && !said("kind = \"saltelli\"\nbase_points = 32"));
@@ -180,13 +180,13 @@ fn rows_that_are_laid_out_evenly_have_no_indices_by_neighbours() {
             assert_eq!(names(&found, "pressure"), OF_ANY_ROWS[2..], "{design}");
         }
         let shown = text(&dataset.analyse(&arguments).stdout);
-        assert!(shown.contains("are not computed: they take rows for independent draws"), "{design}: {shown}");
+        assert!(shown.contains("are not computed: they need independent draws"), "{design}: {shown}");
     }
     for (optimise, noted) in [("maximin", true), ("none", false)] {
         let design = format!("kind = \"latin_hypercube\"\nrows = 60\noptimise = \"{optimise}\"");
         let found = Dataset::of(&design).json(&["--output", "delivered_work_j", "--bootstrap", "20"]);
         assert_eq!(names(&found, "pressure"), OF_ANY_ROWS, "{optimise}");
-        assert_eq!(found["notes"].to_string().contains("more evenly than independent draws"), noted, "{optimise}");
+        assert_eq!(found["notes"].to_string().contains("more even than independent draws"), noted, "{optimise}");
     }
 }
 
@@ -256,7 +256,7 @@ fn an_estimator_without_sobol_indices_and_rows_analysed_as_any_anyway_are_refuse
         ),
         (&random, &["--estimator", "salib"], "run a `saltelli` design"),
         (&random, &["--given"], "leave `given` out"),
-        (&saltelli, &["--given", "--estimator", "martinez"], "as any rows they are analysed by other indices"),
+        (&saltelli, &["--given", "--estimator", "martinez"], "with `given`, other indices are computed"),
         (&bound, &["--estimator", "martinez"], "constraints make the factors depend"),
     ] {
         let output = dataset.analyse(arguments);

@@ -177,7 +177,7 @@ fn damaged_models_and_wrong_tables_are_errors() {
         fs::write(dataset.file("damaged.parquet"), bytes).expect("written");
         let output = dataset.predict("damaged.parquet", table);
         let told = text(&output.stderr);
-        assert!(output.status.code() == Some(2) && told.contains("no model that can be used"), "{told}");
+        assert!(output.status.code() == Some(2) && told.contains("not a usable model"), "{told}");
     };
     for cut in [0, 3, 200, whole.len() / 2, whole.len() - 1] {
         refused(&whole[..cut]);
@@ -219,9 +219,9 @@ fn a_model_that_predicts_nothing_is_neither_written_nor_used() {
     // One that an earlier version wrote, and files that are no models.
     let empty = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/data/tables/empty_model.parquet");
     fs::write(dataset.file("rows.csv"), "pressure\n4.5\n").expect("rows");
-    refused(dataset.predict(empty.to_str().expect("a path"), "rows.csv"), &["no model that can be used"]);
+    refused(dataset.predict(empty.to_str().expect("a path"), "rows.csv"), &["not a usable model"]);
     for foreign in ["out/runs/runs-000000000000.parquet", "out/manifest.json", "rows.csv"] {
-        refused(dataset.predict(foreign, "rows.csv"), &["no model that can be used"]);
+        refused(dataset.predict(foreign, "rows.csv"), &["not a usable model"]);
     }
     // A model of other factors than the table has.
     assert!(dataset.surrogate(&[&OUTPUTS[..], &["--output", "model.parquet"]].concat()).status.success());
@@ -260,7 +260,7 @@ fn few_values_and_names_that_no_row_has_are_told() {
     let table = "\n[design]\nkind = \"table\"\nfile = \"given.csv\"\n";
     let one = Dataset::of(&format!("{MACHINE}{table}{FACTORS}"), &format!("position,pressure,guide\n{given}"));
     let told: Vec<String> = notes(&one);
-    assert!(told.len() == 1 && told[0].starts_with("No row that is used has `spring` of `guide`: "), "{told:?}");
+    assert!(told.len() == 1 && told[0].starts_with("None of the used rows has `spring` of `guide`: "), "{told:?}");
 }
 
 /// Names may look like numbers, or like nothing, and begin with anything; tables of datasets have them with a letter first.

@@ -14,10 +14,10 @@ const TRUSTED_TRIES: usize = 4;
 const SEPARATE: f64 = 1e-9;
 /// A count within this of a pole, relative, is not to be relied on.
 const OFF_POLE: f64 = 1e-13;
-/// How far below the last of a window its count is made, relative, where no pole is nearer.
+/// Relative distance of the count below the last value of a window, if no pole is nearer.
 const BELOW_LAST: f64 = 1e-6;
 
-/// Eigenvalues above `least`, falling, with unit vectors by column; `None` where it does not come to an end.
+/// Eigenvalues above `least`, falling, with unit vectors by column; `None` if it does not come to an end.
 pub(super) fn march(poles: &[f64], columns: &DMatrix<f64>, least: f64) -> Option<(Vec<f64>, DMatrix<f64>)> {
     let mut march = March::new(poles, columns)?;
     let wanted = march.wanted(least)?;
@@ -49,7 +49,7 @@ impl<'a> March<'a> {
         Some(Self { poles, columns, sums, ones, scratch, values: Vec::new(), cut: top * 1.01 })
     }
 
-    /// How many eigenvalues lie above `least`, moved off a pole.
+    /// Number of eigenvalues above `least`, moved off a pole.
     fn wanted(&mut self, least: f64) -> Option<usize> {
         let mut at = least;
         while self.is_pole(at) {
@@ -98,7 +98,7 @@ impl<'a> March<'a> {
         None
     }
 
-    /// The window's pairs below the cut down to the first that does not come to rest, falling, and where that one would go on.
+    /// The window's pairs below the cut down to the first that does not come to rest, falling, and where that one would continue.
     fn refine(&mut self, window: &Window) -> (Vec<PencilPair>, Option<f64>) {
         let mut found = Vec::new();
         let mut open = None;

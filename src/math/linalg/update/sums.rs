@@ -63,9 +63,9 @@ impl Poles {
     }
 }
 
-/// Poles that a sum leaves out, and what takes their place in a vector.
+/// Poles that a sum leaves out, and their replacement in a vector.
 pub struct LeftOut<'a> {
-    /// Which.
+    /// Range of the poles.
     pub poles: Range<usize>,
     /// The vector's entries there.
     pub near: &'a [f64],

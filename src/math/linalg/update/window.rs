@@ -22,19 +22,19 @@ const AT_REST: f64 = 1e-12;
 
 /// The pencil of `T` around `centre`, solved: `T_lin(nu) = B' diag(eta + centre - nu) B` in coordinates in which `-T_lin'` is 1.
 pub(super) struct Window {
-    /// Which poles are kept.
+    /// Range of the kept poles.
     pub poles: Range<usize>,
     /// Between these lies no pole but those kept.
     free: (f64, f64),
-    /// Where the pencil is exact.
+    /// Centre, at which the pencil is exact.
     pub centre: f64,
     /// Distances of the pencil's eigenvalues from the centre, falling.
     pub eta: Vec<f64>,
-    /// Its vectors over the kept poles (poles x pairs).
+    /// Vectors over the kept poles (poles x pairs).
     vectors: DMatrix<f64>,
     /// `q` of its pairs (r x pairs).
     coupled: DMatrix<f64>,
-    /// What the slope of `-H_far` was raised by.
+    /// Amount that was added to the slope of `-H_far`.
     raised: f64,
     /// `1 / (centre - nu_i)^2` of far poles, 0 of those kept.
     curvature: Vec<f64>,
@@ -48,10 +48,10 @@ pub(super) struct PencilPair {
     q: Vec<f64>,
 }
 
-/// What became of a pair of the pencil.
+/// Result for a pair of the pencil.
 pub(super) enum Outcome {
     Found(PencilPair),
-    /// Its value did not come to rest; the last one, where that may serve as a centre.
+    /// The value did not converge; the last one, if it can serve as a centre.
     Open(Option<f64>),
 }
 
@@ -85,7 +85,7 @@ impl Scratch {
 }
 
 impl Window {
-    /// Solves the pencil; `None` where its eigenvalues do not converge. `poles` leaves out the window's after this.
+    /// Solves the pencil; `None` if its eigenvalues do not converge. `poles` leaves out the window's after this.
     pub fn new(values: &[f64], columns: &DMatrix<f64>, poles: &mut Poles, centre: f64) -> Option<Self> {
         let (n, r) = columns.shape();
         let first = values.partition_point(|value| *value > centre).saturating_sub(SIZE / 2);
@@ -128,7 +128,7 @@ impl Window {
         })
     }
 
-    /// How many eigenvalues of the whole problem lie above the centre.
+    /// Number of eigenvalues of the whole problem above the centre.
     pub fn above(&self) -> usize {
         self.poles.start + self.eta.iter().take_while(|eta| **eta > 0.0).count()
     }
@@ -229,7 +229,7 @@ fn dot(a: &[f64], b: &[f64]) -> f64 {
     a.iter().zip(b).map(|(a, b)| a * b).sum()
 }
 
-/// What the poles beyond a window add: a matrix and its slope at the window's centre.
+/// Contribution of the poles beyond a window: a matrix and its slope at the window's centre.
 struct Far {
     centre: f64,
     h: DMatrix<f64>,
@@ -254,7 +254,7 @@ fn solve(
     for (i, value) in values.iter().enumerate() {
         matrix[(i, i)] = value - centre;
     }
-    // The lower triangle is what is read.
+    // Only the lower triangle is read.
     matrix.view_mut((size, 0), (r, size)).copy_from(&coupling);
     matrix.view_mut((size, size), (r, r)).copy_from(&-h);
     Some((symmetric_eigen(&matrix).ok()?, l))

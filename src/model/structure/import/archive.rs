@@ -30,7 +30,7 @@ pub(super) enum Numbers {
 /// All arrays of an archive, by their names without `.npy`.
 ///
 /// # Errors
-/// A file that is no archive, is cut short, is damaged, or unpacks to more than its size justifies; arrays of other types.
+/// A file that is no archive, is truncated, is damaged, or unpacks to more than its size justifies; arrays of other types.
 pub(super) fn arrays(file: &str, bytes: &[u8]) -> Result<BTreeMap<String, Numbers>, StructureError> {
     let fault = |reason: String| StructureError::Matrix { file: file.to_owned(), reason };
     let mut left = most_unpacked(bytes.len());
@@ -61,7 +61,7 @@ fn number<const N: usize>(bytes: &[u8], at: usize) -> Option<u64> {
 }
 
 fn directory(bytes: &[u8]) -> Result<Vec<Listed>, String> {
-    let cut = || format!("the file is cut short or no archive: {EXPECTED}");
+    let cut = || format!("the file is truncated or no archive: {EXPECTED}");
     let tail = bytes.len().saturating_sub(LONGEST_COMMENT + 22);
     let end = bytes[tail..].windows(END.len()).rposition(|window| window == END).map(|at| tail + at).ok_or_else(cut)?;
     let (count, start) = (number::<2>(bytes, end + 10), number::<4>(bytes, end + 16));
@@ -106,7 +106,7 @@ fn listed(bytes: &[u8], at: usize) -> Option<(Listed, usize)> {
 
 impl Listed {
     fn unpack(&self, bytes: &[u8], left: u64) -> Result<Vec<u8>, String> {
-        let cut = || "the file is cut short or damaged: write it anew".to_owned();
+        let cut = || "the file is truncated or damaged: write it again".to_owned();
         if bytes.get(self.at..self.at.saturating_add(4)) != Some(ENTRY) {
             return Err(cut());
         }

@@ -1,4 +1,4 @@
-//! Matrices whose rows are along axes of their own, turned to the basic system.
+//! Rotates matrices with rows along local axes to the basic system.
 
 use std::collections::{BTreeMap, HashMap};
 
@@ -12,7 +12,7 @@ use crate::structure::matrices::ModelMatrices;
 /// Axes whose components differ by more are not the same.
 const SAME: f64 = 1e-6;
 
-/// Adds what another file states of nodes; `first` names the one before.
+/// Adds another file's statements about nodes; `first`: the file before.
 ///
 /// # Errors
 /// Axes of a node that differ between the two.

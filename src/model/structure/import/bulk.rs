@@ -11,7 +11,7 @@ pub(super) struct Card {
 }
 
 impl Card {
-    /// A field after the name; empty where the entry has none.
+    /// A field after the name; empty if the entry has none.
     pub fn field(&self, index: usize) -> &str {
         self.fields.get(index).map_or("", String::as_str)
     }

@@ -1,7 +1,7 @@
-//! Files that end before their last column.
+//! Detects files that end before their last column.
 //!
-//! A format may leave out columns of zeros, so that a number of columns in a header does not tell alone whether all are there:
-//! stiffness and mass together do.
+//! A format may leave out columns of zeros. The number of columns in a header then does not show whether all are present; stiffness and
+//! mass together do.
 
 use std::collections::HashSet;
 
@@ -18,7 +18,7 @@ struct Lacking {
     stated: usize,
 }
 
-/// What about the last columns of the mass is to be doubted.
+/// Doubts about the last columns of the mass matrix.
 ///
 /// # Errors
 /// A stiffness that lacks its last columns, where there is mass: nothing that stands is like that.
@@ -30,7 +30,8 @@ pub(super) fn doubt(imported: &[Imported], names: &[String]) -> Result<Option<St
     };
     if let Some(Lacking { first, count, there, stated }) = lacking(stiffness, mass) {
         let reason = format!(
-            "the file is cut short: its header states {stated} columns, {there} are there, and from node {} direction {} on {count} with mass have no stiffness; export it anew",
+            "the file is truncated: its header states {stated} columns but it has {there}, and from node {} direction \
+             {} on {count} with mass have no stiffness; export it again",
             first.node,
             first.dof + 1
         );
@@ -38,7 +39,7 @@ pub(super) fn doubt(imported: &[Imported], names: &[String]) -> Result<Option<St
     }
     Ok(lacking(mass, stiffness).map(|Lacking { first, count, there, stated }| {
         format!(
-            "{mass_file}: the header states {stated} columns, {there} are there, and from node {} direction {} on {count} with stiffness have no mass: is the file cut short?",
+            "{mass_file}: the header states {stated} columns, {there} are there, and from node {} direction {} on {count} with stiffness have no mass: is the file truncated?",
             first.node,
             first.dof + 1
         )

@@ -1,4 +1,4 @@
-//! Lists of what the rows of a matrix stand for.
+//! Lists of the labels of a matrix's rows.
 
 use std::fmt::Write as _;
 

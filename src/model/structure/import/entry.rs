@@ -1,4 +1,4 @@
-//! What an exchange format consists of.
+//! Parts of an exchange format.
 
 use std::io::Write;
 
@@ -10,7 +10,7 @@ use crate::structure::label::DofLabel;
 
 /// An exchange format.
 pub(super) struct Format {
-    /// Ends of file names that stand for it, in small letters and without `.gz`.
+    /// File name endings, in small letters and without `.gz`.
     pub endings: &'static [&'static str],
     /// Reads a matrix.
     pub read: fn(&Given) -> Result<Imported, StructureError>,
@@ -20,19 +20,19 @@ pub(super) struct Format {
 
 /// A file to read a matrix from.
 pub(super) struct Given<'a> {
-    /// Its name, for faults.
+    /// Name of the file, for errors.
     pub file: &'a str,
-    /// What it holds, plain or gzip.
+    /// Contents, plain or gzip.
     pub bytes: &'a [u8],
     /// Name of the matrix, where a file holds several.
     pub name: &'a str,
-    /// What the matrix is to be.
+    /// Expected kind of matrix.
     pub kind: MatrixKind,
-    /// Number of rows by the list of rows, where there is one.
+    /// Number of rows by the list of rows, if there is one.
     pub listed: Option<usize>,
 }
 
-/// What a matrix is.
+/// Kind of a matrix.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum MatrixKind {
     Stiffness,
@@ -54,15 +54,15 @@ pub(super) struct Form {
     pub name: &'static str,
     /// Files of stiffness, mass and damping; packed where they end in `.gz`.
     pub files: [&'static str; 3],
-    /// What it asks of the rows.
+    /// Requirement on the rows.
     pub rows: RowLabels,
-    /// What gets lost in it, for the user to know; `None` where every bit is kept.
+    /// Loss of information, for the user; `None` if every bit is kept.
     pub loss: Option<&'static str>,
     /// Writes a matrix.
     pub write: fn(&mut dyn Write, &Named) -> std::io::Result<()>,
 }
 
-/// What a form asks of the labels of rows.
+/// Requirement of a form on the labels of rows.
 #[derive(Clone, Copy, PartialEq, Eq)]
 pub(super) enum RowLabels {
     /// Nothing: rows are numbered.

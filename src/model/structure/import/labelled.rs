@@ -1,4 +1,4 @@
-//! Matrices whose entries name nodes and directions instead of rows.
+//! Matrices with entries by node and direction instead of row.
 
 use std::collections::{BTreeSet, HashMap};
 
@@ -15,13 +15,13 @@ pub(super) struct LabelledMatrix {
     labels: Vec<DofLabel>,
     known: HashMap<DofLabel, u32>,
     entries: Triplets,
-    /// Columns that the file begins, as places in `labels`; none where its format has only entries.
+    /// Columns that the file begins, as places in `labels`; none if its format has only entries.
     columns: Vec<u32>,
-    /// Which entries the file says that it holds; none: as its entries show.
+    /// Stored entries according to the file; none: as the entries show.
     pub storage: Option<Storage>,
-    /// Number of columns that the file states, those of zeros included.
+    /// Number of columns according to the file, including zero ones.
     pub stated_columns: Option<usize>,
-    /// What the file states of its nodes.
+    /// Statements of the file about its nodes.
     pub nodes: Nodes,
 }
 

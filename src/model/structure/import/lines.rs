@@ -66,7 +66,7 @@ pub(super) struct Lines<'a> {
     raw: Vec<u8>,
     /// The current line without its end.
     pub text: String,
-    /// Its number, counted from 1.
+    /// Line number, from 1.
     pub number: usize,
 }
 
@@ -95,7 +95,7 @@ impl<'a> Lines<'a> {
         self.text.clear();
         self.number += 1;
         let read = self.reader.by_ref().take(LONGEST_LINE + 1).read_until(b'\n', &mut self.raw);
-        let read = read.map_err(|error| self.fault(format!("the file is cut short or damaged ({error})")))?;
+        let read = read.map_err(|error| self.fault(format!("the file is truncated or damaged ({error})")))?;
         let marks: &[&[u8]] = if self.number == 1 { &[b"\xff\xfe", b"\xfe\xff"] } else { &[] };
         if marks.iter().any(|mark| self.raw.starts_with(mark)) {
             return Err(self.fault("not text in UTF-8: it begins as UTF-16 or binary; save it as plain text"));
@@ -140,7 +140,7 @@ impl<'a> Lines<'a> {
         if self.advance_past(comments)? {
             return Ok(());
         }
-        Err(self.fault(format!("the file is cut short: {wanted} expected")))
+        Err(self.fault(format!("the file is truncated: {wanted} expected")))
     }
 
     /// A finite number as Fortran or C write it: `1.5`, `1.5E+06`, `1.5D+06`, `1.5+6`.

@@ -1,8 +1,7 @@
 //! Matrices from and to the files of finite element programs.
 //!
-//! Every reader takes plain and gzip files and gives both triangles. Entries given several times are summed; whether a file
-//! holds one triangle or both is declared by its format or told by its entries, and a mixture is an error. Faults name file,
-//! line and reason.
+//! Every reader takes plain and gzip files and gives both triangles. Repeated entries are summed. The format declares whether a file
+//! holds one triangle or both, or the entries show it; a mixture is an error. Errors contain file, line and reason.
 //!
 //! A format is a file in `formats` and a line in the list of `formats/mod.rs`, see [`MatrixFormat`].
 

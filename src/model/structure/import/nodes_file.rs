@@ -1,4 +1,4 @@
-//! Places of nodes from a file beside the matrices: `*NODE` blocks (Abaqus, CalculiX), `GRID` entries (Nastran), or a table.
+//! Positions of nodes from a separate file: `*NODE` blocks (Abaqus, CalculiX), `GRID` entries (Nastran), or a table.
 
 use std::collections::BTreeMap;
 
@@ -8,7 +8,7 @@ use super::superelement;
 use crate::structure::error::StructureError;
 use crate::structure::label::DofLabel;
 
-/// How a file lists nodes.
+/// Form of a list of nodes.
 #[derive(Clone, Copy, PartialEq)]
 enum Form {
     /// Blocks that begin with `*NODE`.

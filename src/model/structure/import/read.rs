@@ -1,4 +1,4 @@
-//! A model from its files.
+//! Reads a model from its files.
 
 use std::path::Path;
 
@@ -18,7 +18,7 @@ impl FeModel {
     /// Reads a finite element model and converts it to SI units.
     ///
     /// # Errors
-    /// File, line and reason: not readable, cut short, not of the format, entries out of range; what [`FeModel::new`] finds
+    /// File, line and reason: not readable, truncated, not of the format, entries out of range; what [`FeModel::new`] finds
     /// wrong with the matrices.
     pub fn read(files: &ModelFiles) -> Result<Self, StructureError> {
         let name = |path: &Path| path.display().to_string();
@@ -46,7 +46,7 @@ impl FeModel {
         if let Some(path) = &files.nodes {
             let stated = nodes_file::parse(&name(path), &read_bytes(path)?, &matrices.labels)?;
             if matrices.labels.is_empty() {
-                let reason = "nodes without rows: name a dof_file or dofs_per_node, which tell the node of every row";
+                let reason = "nodes without rows: set dof_file or dofs_per_node, which give the node of every row";
                 return Err(StructureError::Matrix { file: name(path), reason: reason.to_owned() });
             }
             if stated_by.is_empty() {
@@ -72,7 +72,7 @@ impl FeModel {
     }
 }
 
-/// That a list of rows names each once, where the matrices go by these names.
+/// Returns an error if a list of rows contains one twice and the matrices refer to rows by name.
 fn require_distinct(list: Option<&(MatrixRows, String)>, imported: &[Imported]) -> Result<(), StructureError> {
     let Some((rows, file)) = list else { return Ok(()) };
     match repeated(&rows.labels) {
@@ -88,7 +88,7 @@ fn require_distinct(list: Option<&(MatrixRows, String)>, imported: &[Imported]) 
     }
 }
 
-/// What the list of rows and the matrices' own files state of nodes, and which file did so first.
+/// Combines the statements about nodes in the list of rows and the matrices' own files, and names the first file that states any.
 fn stated_nodes(
     list: Option<(MatrixRows, String)>,
     imported: &[Imported],
@@ -109,7 +109,7 @@ fn stated_nodes(
 fn numbered(order: usize, dofs: usize, names: &[String]) -> Result<Vec<DofLabel>, StructureError> {
     if dofs == 0 || !order.is_multiple_of(dofs) {
         let file = names.first().cloned().unwrap_or_default();
-        let reason = format!("{order} rows are no whole number of nodes with dofs_per_node = {dofs}");
+        let reason = format!("{order} rows are not a whole number of nodes with dofs_per_node = {dofs}");
         return Err(StructureError::Matrix { file, reason });
     }
     Ok(regular_labels(order, dofs))
@@ -145,7 +145,8 @@ fn combine(
         };
         if !labels.is_empty() && matrix.rows() != labels.len() {
             let hint = if assumed {
-                "; SECONCT does not tell which directions are retained, so all six were taken: name the .pch as dof_file, its EXTRN tells"
+                "; SECONCT does not contain the retained directions, so all six were assumed: use the .pch as dof_file, \
+                 which has them in EXTRN"
             } else {
                 ""
             };

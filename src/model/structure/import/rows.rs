@@ -1,4 +1,4 @@
-//! What the rows of matrices stand for.
+//! Meaning of the rows of matrices.
 
 use std::collections::BTreeMap;
 
@@ -7,7 +7,7 @@ use crate::structure::label::{DofLabel, SCALAR};
 /// Axes (columns) of the basic system.
 pub(super) const BASIC_AXES: [[f64; 3]; 3] = [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]];
 
-/// What the rows of matrices stand for, and what else a list of them tells of its nodes.
+/// Meaning of the rows of matrices, and further statements of a list about its nodes.
 #[derive(Debug, Default)]
 pub(super) struct MatrixRows {
     pub labels: Vec<DofLabel>,
@@ -16,12 +16,12 @@ pub(super) struct MatrixRows {
     pub assumed: bool,
 }
 
-/// What files state of nodes.
+/// Statements of files about nodes.
 #[derive(Debug, Clone, Default)]
 pub(super) struct Nodes {
     /// Axes (columns, in the basic system) of the displacements of nodes, as far as they are stated; all others have the basic ones.
     pub axes: BTreeMap<i64, [[f64; 3]; 3]>,
-    /// Where nodes are, in the unit of the file.
+    /// Positions of nodes, in the unit of the file.
     pub positions: BTreeMap<i64, [f64; 3]>,
 }
 

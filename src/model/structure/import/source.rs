@@ -1,4 +1,4 @@
-//! What to read: files, format, units.
+//! Sources of a model: files, format, units.
 
 use std::path::PathBuf;
 
@@ -7,7 +7,7 @@ use serde::{Deserialize, Serialize};
 
 use super::formats::MatrixFormat;
 
-/// Units of length, mass and time of matrices and of coordinates beside them.
+/// Units of length, mass and time of matrices and their coordinates.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum Units {
@@ -60,9 +60,9 @@ pub struct ModelFiles {
     pub stiffness: MatrixFile,
     /// Mass.
     pub mass: MatrixFile,
-    /// Viscous damping, where there is one.
+    /// Viscous damping, if there is one.
     pub damping: Option<MatrixFile>,
-    /// What the rows stand for; needed for CalculiX, of use where points are given by their nodes.
+    /// Labels of the rows; required for CalculiX, and useful if points are given by their nodes.
     pub dofs: Option<PathBuf>,
     /// Places of nodes (`*NODE`, `GRID`, or a table), in the unit of the matrices.
     pub nodes: Option<PathBuf>,

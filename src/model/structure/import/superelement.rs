@@ -1,9 +1,8 @@
-//! The DOF table of a Nastran superelement, from the punch files beside its matrices (EXTSEOUT).
+//! DOF table of a Nastran superelement, from the punch files of its matrices (EXTSEOUT).
 //!
-//! `EXTRN` entries (in the `.pch`) list points and components in the order of the a-set, which is that of KAA and MAA.
-//! Assembly files (`.asm`) have only `SECONCT`: its points then stand for all six directions, and its SPOINTs for modal
-//! coordinates. `GRID` and `CORD2R` tell where points are, and along which axes their displacements are given; those beside DMIG
-//! entries in one file hold for these.
+//! `EXTRN` entries (in the `.pch`) list points and components in the order of the a-set, as in KAA and MAA. Assembly files (`.asm`) have
+//! only `SECONCT`: its points then have all six directions, and its SPOINTs are modal coordinates. `GRID` and `CORD2R` give positions of
+//! points and the axes of their displacements, for entries in the same file as DMIG entries too.
 
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -15,7 +14,7 @@ use crate::structure::label::{DofLabel, SCALAR};
 
 /// Entries that list points.
 const LISTS: [&str; 3] = ["EXTRN", "SECONCT", "SPOINT"];
-/// Entries that tell where points are and along which axes they move.
+/// Entries with positions and axes of points.
 const GRIDS: [&str; 8] = ["GRID", "GRDSET", "CORD1R", "CORD1C", "CORD1S", "CORD2R", "CORD2C", "CORD2S"];
 /// Most points of one `THRU`.
 const LONGEST_RANGE: i64 = 1_000_000;
@@ -58,7 +57,7 @@ struct System {
 }
 
 struct Grid {
-    /// System of its coordinates, and of its displacements; none: that of `GRDSET`.
+    /// Systems of its coordinates and of its displacements; none: the system of `GRDSET`.
     systems: [Option<i64>; 2],
     at: Vector,
 }
@@ -80,7 +79,7 @@ pub(super) fn parse(file: &str, bytes: &[u8]) -> Result<MatrixRows, StructureErr
     CsvTable::of(&names, file, bytes)?.rows().map_err(|reason| StructureError::Matrix { file: file.to_owned(), reason })
 }
 
-/// Axes and places of the nodes of some labels, as bulk data state them beside the matrices that have these labels.
+/// Axes and positions of nodes with these labels, from the bulk data of the matrices.
 pub(super) fn parse_nodes(file: &str, bytes: &[u8], labels: &[DofLabel]) -> Result<Nodes, StructureError> {
     CsvTable::of(&GRIDS, file, bytes)?.nodes(labels).map_err(|reason| StructureError::Matrix {
         file: file.to_owned(),
@@ -105,7 +104,7 @@ impl CsvTable {
             "EXTRN" => self.read_extrn(card),
             "SECONCT" => {
                 let words: Vec<&str> = card.fields.iter().skip(8).map(String::as_str).collect();
-                // Points of this superelement, each beside the one that it connects to.
+                // Points of this superelement, each with the point that it connects to.
                 self.connected.extend(points(&words, 2)?);
                 Ok(())
             }
@@ -166,7 +165,7 @@ impl CsvTable {
         let labels = if assumed { self.connected_labels()? } else { self.extrn.clone() };
         let mut seen = BTreeSet::new();
         if let Some(twice) = labels.iter().find(|label| !seen.insert(**label)) {
-            return Err(format!("point {} component {} stands in the list of rows twice", twice.node, twice.dof + 1));
+            return Err(format!("point {} component {} is in the list of rows twice", twice.node, twice.dof + 1));
         }
         let nodes = self.nodes(&labels)?;
         Ok(MatrixRows { labels, nodes, assumed })
@@ -181,7 +180,7 @@ impl CsvTable {
             let frame = self.frame(displacement, DEEPEST);
             let frame = frame.map_err(|reason| format!("displacements of GRID {node}: {reason}"))?;
             out.axes.insert(*node, frame.axes);
-            // A place that cannot be told is none: only the centre of mass needs it.
+            // An unknown position is no error: only the centre of mass needs it.
             if let Ok(frame) = self.frame(place, DEEPEST) {
                 out.positions.insert(*node, frame.point(grid.at));
             }
@@ -245,7 +244,7 @@ fn unit(a: Vector) -> Option<Vector> {
     (length > 0.0).then(|| a.map(|x| x / length))
 }
 
-/// A number of a point or system; blank is the default, where there is one.
+/// A number of a point or system; blank is the default, if there is one.
 fn whole(field: &str, default: Option<i64>) -> Result<i64, String> {
     match (field, default) {
         ("", Some(default)) => Ok(default),

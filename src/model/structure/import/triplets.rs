@@ -1,4 +1,4 @@
-//! Entries of a symmetric matrix in the order of a file, and the matrix made of them.
+//! Entries of a symmetric matrix in the order of a file, and the matrix from them.
 
 use sprs::CsMat;
 
@@ -15,7 +15,7 @@ pub(super) const MOST_ROWS: usize = u32::MAX as usize - 1;
 const FREE_ROWS: usize = 100_000;
 const ROWS_PER_ENTRY: usize = 8;
 
-/// Which entries a list of entries holds.
+/// Stored entries of a list.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum Storage {
     /// One triangle with the diagonal; the other is mirrored.
@@ -39,8 +39,8 @@ impl Triplets {
         self.values.push(value);
     }
 
-    /// Which entries the list holds: every pair off the diagonal once, or every one twice; explicit zeros do not count.
-    /// `None` for a mixture.
+    /// Finds the stored entries of the list: every pair off the diagonal once, or every one twice; explicit zeros do not count. `None` for
+    /// a mixture.
     pub fn storage(&self) -> Option<Storage> {
         let mut pairs: Vec<(u32, u32, bool)> = Vec::new();
         for (row, column, _) in self.iter().filter(|(row, column, value)| row != column && *value != 0.0) {
@@ -225,7 +225,8 @@ fn symmetrise(file: &str, matrix: CsMat<f64>) -> Result<CsMat<f64>, StructureErr
         let (i, j) = (row + 1, column + 1);
         if let Some(triangle) = only_triangle(&matrix) {
             let reason = format!(
-                "only the {triangle} triangle is there, but the file says that it holds both: state `symmetric` in its header, or write both"
+                "only the {triangle} triangle exists, but the header declares both: write `symmetric` in the header, or \
+                 write both"
             );
             return Err(StructureError::Matrix { file: file.to_owned(), reason });
         }

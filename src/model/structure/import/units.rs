@@ -33,7 +33,7 @@ impl Units {
         Scale { metres, kilograms, per_second }
     }
 
-    /// Its unit of length in m.
+    /// Unit of length in m.
     pub(super) fn metres(self) -> f64 {
         self.scale().metres
     }

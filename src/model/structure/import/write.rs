@@ -16,11 +16,12 @@ use crate::structure::error::StructureError;
 use crate::structure::label::repeated;
 use crate::structure::model::FeModel;
 
-/// Writes the matrices of a model, in SI units, with the list of rows and the table of points, into a folder; returns what to
-/// read it back from.
+/// Writes the matrices of a model, in SI units, with the list of rows and the table of points, into a folder. Returns the settings to read
+/// it.
 ///
 /// # Errors
-/// A format that needs labels of rows for a model without them or with some twice, node numbers that Nastran does not have, files that cannot be
+/// A format that needs labels of rows for a model without them or with some twice, node numbers that Nastran does not have, files that
+/// cannot be
 /// written.
 pub fn write_model(model: &FeModel, export: ExportFormat, folder: &Path) -> Result<ModelFiles, StructureError> {
     let labels = model.labels();

@@ -1,4 +1,4 @@
-//! The machine's mobilities beside measured ones.
+//! Compares the machine's mobilities with measured ones.
 
 use std::collections::BTreeMap;
 use std::f64::consts::TAU;
@@ -17,7 +17,7 @@ use crate::structure::reduced::{Damping, ModalOptions, ReducedStructure};
 /// Resonances whose frequencies differ by more than this share are not the same mode.
 const SAME_MODE: f64 = 0.2;
 
-/// What is compared.
+/// Settings of a comparison.
 #[derive(Debug, Clone, PartialEq)]
 pub struct MeasuredSettings {
     /// Damping of the machine's modes.
@@ -31,9 +31,9 @@ pub struct MeasuredSettings {
 /// A measured response and the machine's.
 #[derive(Debug, Clone, PartialEq, Serialize, JsonSchema)]
 pub struct MeasuredCurve {
-    /// Where the velocity was taken, as the file names it.
+    /// Point of the velocity, as named in the file.
     pub response: String,
-    /// Where the force acted.
+    /// Point of the force.
     pub force: String,
     /// Frequencies in Hz.
     pub frequency_hz: Vec<f64>,
@@ -45,18 +45,18 @@ pub struct MeasuredCurve {
     pub largest_relative_difference: f64,
 }
 
-/// A resonance in the measured responses beside one of the machine's.
+/// A resonance in the measured responses with the machine's nearest one.
 #[derive(Debug, Clone, PartialEq, Serialize, JsonSchema)]
 pub struct MeasuredMode {
     /// Number of the machine's mode, counted from 1; none for a resonance that the machine does not have.
     pub mode: Option<usize>,
     /// Frequency of the machine's resonance in Hz, from its responses in the same way as the measured one.
     pub machine_hz: Option<f64>,
-    /// Measured frequency in Hz; none where no resonance was found.
+    /// Measured frequency in Hz; none if no resonance was found.
     pub measured_hz: Option<f64>,
     /// Damping ratio of the machine's resonance, from its responses.
     pub machine_damping_ratio: Option<f64>,
-    /// Measured damping ratio; none where it could not be fitted.
+    /// Measured damping ratio; none if it could not be fitted.
     pub measured_damping_ratio: Option<f64>,
     /// Level of the measured resonance over the machine's in dB, over all responses.
     pub level_db: Option<f64>,
@@ -71,7 +71,7 @@ pub struct MeasuredReport {
     pub modes: Vec<MeasuredMode>,
     /// Damping ratios for the machine's modes up to the cut-off: the measured ones where a resonance was found, else the machine's.
     pub proposed_damping_ratio: Vec<f64>,
-    /// What looks wrong, one sentence each.
+    /// Doubtful results, one sentence each.
     pub remarks: Vec<String>,
 }
 
@@ -82,7 +82,7 @@ impl MeasuredReport {
     }
 }
 
-/// Compares measured mobilities with those of the machine without hammers.
+/// Compares measured mobilities with the machine's, without hammers.
 ///
 /// # Errors
 /// A place that is no interface point, a direction that the reduction did not keep, no convergence.
@@ -245,7 +245,7 @@ fn resonances_of(set: &[&MeasuredFrf]) -> Vec<Resonance> {
     peaks(&power).into_iter().map(resonance).collect()
 }
 
-/// Resonances of both in rising order, those of one mode together.
+/// Resonances of both in rising order, in pairs.
 fn resonances(measured: &[MeasuredFrf], machine: &[MeasuredFrf], modes: &ModesAt) -> Vec<MeasuredMode> {
     let (measured, machine) = (found(measured), found(machine));
     let pairs = pairs(&machine, &measured);
@@ -310,7 +310,7 @@ fn proposals(modes: &ModesAt, compared: &[MeasuredMode], cutoff_hz: f64) -> Vec<
     let below = modes.omega_rad_s.iter().take_while(|omega| **omega < TAU * cutoff_hz).count();
     let mut out = modes.damping_ratio[..below].to_vec();
     for one in compared {
-        // What neighbours do to a fit they do to both.
+        // Neighbouring resonances influence both fits alike.
         if let (Some(mode), Some(own), Some(seen)) = (one.mode, one.machine_damping_ratio, one.measured_damping_ratio)
             && let Some(slot) = out.get_mut(mode - 1)
         {
@@ -322,9 +322,9 @@ fn proposals(modes: &ModesAt, compared: &[MeasuredMode], cutoff_hz: f64) -> Vec<
 
 /// Differences that hint at a cause.
 fn remarks(compared: &[MeasuredMode]) -> Vec<String> {
-    /// Frequencies that differ by more than this share are said to.
+    /// Share by which frequencies must differ for a note.
     const FREQUENCY: f64 = 0.01;
-    /// Levels that differ by more than this are said to, dB.
+    /// Difference of levels for a note, dB.
     const LEVEL_DB: f64 = 3.0;
     let mut out = Vec::new();
     let shifts: Vec<(f64, f64)> = compared

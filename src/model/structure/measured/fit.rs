@@ -15,7 +15,7 @@ pub(super) struct Near {
     pub receptance: Vec<[f64; 2]>,
 }
 
-/// Circular frequency in rad/s and damping ratio; `None` where the responses show no resonance.
+/// Circular frequency in rad/s and damping ratio; `None` if the responses show no resonance.
 pub(super) fn fit(responses: &[Near], omega_top: f64) -> Option<(f64, f64)> {
     let (mut offset, mut rate) = (0.0, None::<f64>);
     for _ in 0..ROUNDS {

@@ -1,4 +1,4 @@
-//! Measured frequency responses, and how far the machine's own lie from them.
+//! Measured frequency responses, and the machine's deviation from them.
 //!
 //! ```text
 //! UFF 58, CSV -> MeasuredFrf (mobility) --+
@@ -42,7 +42,7 @@ pub fn read_measured(path: &Path) -> Result<Vec<MeasuredFrf>, StructureError> {
     Ok(found)
 }
 
-/// How to get a readable file out of one of another program, by its first bytes.
+/// Advice for a readable file from another program's file, by its first bytes.
 fn way_out(bytes: &[u8]) -> Option<&'static str> {
     const FILES: [(&[u8], &str); 4] = [
         (

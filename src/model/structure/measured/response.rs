@@ -2,7 +2,7 @@
 
 use crate::structure::points::DOF_NAMES;
 
-/// Where a signal was taken: a place and a translation with its sign.
+/// Place and direction of a signal, with its sign.
 #[derive(Debug, Clone, PartialEq, Eq, PartialOrd, Ord)]
 pub struct MeasuredDof {
     /// Name of an interface point, or number of a node.
@@ -45,9 +45,9 @@ impl std::fmt::Display for MeasuredDof {
 /// A measured mobility: velocity at one place per force at another.
 #[derive(Debug, Clone, PartialEq)]
 pub struct MeasuredFrf {
-    /// Where the velocity was taken.
+    /// Point of the velocity.
     pub response: MeasuredDof,
-    /// Where the force acted.
+    /// Point of the force.
     pub force: MeasuredDof,
     /// Frequencies in Hz, positive, rising.
     pub frequency_hz: Vec<f64>,

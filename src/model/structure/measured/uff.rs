@@ -36,7 +36,7 @@ impl<'a> Cursor<'a> {
     }
 
     fn expect(&mut self, wanted: &str) -> Result<String, StructureError> {
-        self.line().ok_or_else(|| self.fault(format!("the file is cut short: {wanted} expected")))
+        self.line().ok_or_else(|| self.fault(format!("the file is truncated: {wanted} expected")))
     }
 
     fn fault(&self, reason: impl Into<String>) -> StructureError {
@@ -107,7 +107,7 @@ fn units(cursor: &mut Cursor) -> Result<Scale, StructureError> {
     Ok(Scale { metres: factors[0].recip(), newtons: factors[1].recip() })
 }
 
-/// How the values of a data set 58 are stored.
+/// Storage of the values of a data set 58.
 struct Layout {
     complex: bool,
     double: bool,
@@ -134,7 +134,7 @@ impl Layout {
     }
 }
 
-/// A data set 58; `None` where it is no frequency response.
+/// A data set 58; `None` if it is not a frequency response.
 fn response(cursor: &mut Cursor, head: &str, scale: Scale) -> Result<Option<MeasuredFrf>, StructureError> {
     let binary = head.trim_start().strip_prefix("58").filter(|rest| rest.starts_with(['b', 'B']));
     let binary = binary.map(|rest| cursor.integers(&rest[1..]));
@@ -247,7 +247,7 @@ fn binary_values(cursor: &mut Cursor, head: &[i64], layout: &Layout) -> Result<V
     let size = if layout.double { 8 } else { 4 };
     let length = layout.points * layout.width() * size;
     let Some(bytes) = cursor.bytes.get(cursor.at..cursor.at + length) else {
-        return Err(cursor.fault(format!("the file is cut short: {length} bytes of values expected")));
+        return Err(cursor.fault(format!("the file is truncated: {length} bytes of values expected")));
     };
     cursor.at += length;
     let value = |chunk: &[u8]| {

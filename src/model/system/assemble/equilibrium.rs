@@ -1,7 +1,8 @@
 //! The static equilibrium from which a run starts.
 //!
 //! Coordinates of the machine and the castings are measured from it: they start at 0. Forces of fixtures are measured from their forces at
-//! rest. Those of one-sided fixtures have to be known, as they decide when a casting lifts off: they are solved for here. Each hammer starts at its own state of rest: it hangs on its mount, its chisel off the casting.
+//! rest. Those of one-sided fixtures have to be known, as they decide when a casting lifts off: they are solved for here. Each hammer
+//! starts at its own state of rest: it hangs on its mount, its chisel off the casting.
 
 use nalgebra::{DMatrix, DVector};
 

@@ -1,4 +1,4 @@
-//! From a scene and the machine's modes at its points to a coupled model. The only part that knows scenes.
+//! Builds a coupled model from a scene and the machine's modes at its points. Only this part uses scenes.
 //!
 //! - `hammer`: hammers with their columns and contacts
 //! - `equilibrium`: the state of rest
@@ -33,7 +33,7 @@ pub enum BuildError {
     NoSuchCasting {
         /// Name of the hammer.
         hammer: String,
-        /// Index asked for.
+        /// Requested index.
         casting: usize,
         /// Castings in the scene.
         castings: usize,
@@ -47,7 +47,7 @@ pub enum BuildError {
     /// An elastic casting without modes.
     #[error("elastic casting number {casting} has no modes")]
     Modes {
-        /// Its index.
+        /// Index of the casting.
         casting: usize,
     },
     /// A contact's law cannot take the flexibility of the casting.
@@ -377,7 +377,7 @@ mod tests {
         assert!(build_placed(&scene, &placed).unwrap().parts[0].block.condensed().is_none());
     }
 
-    /// A point's motion as a sum of states is its motion, be it of a rigid part or of one with modes; condensed modes are no states.
+    /// A point's motion as a sum of states is its motion, be it of a rigid part or of one with modes; condensed modes are not states.
     #[test]
     fn motion_of_points_as_sums_of_states() {
         let (mut scene, modes) = scene();

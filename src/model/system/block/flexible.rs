@@ -28,7 +28,7 @@ enum StateKind<R> {
     /// Modes, integrated.
     Modal {
         modes: ModalRates<R>,
-        /// Their accelerations without forces, and the power that they dissipate, W.
+        /// Accelerations without forces, and the dissipated power, W.
         free: Vec<R>,
         loss: R,
     },

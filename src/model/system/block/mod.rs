@@ -5,7 +5,7 @@
 //! - `condensed`: modes of a flexible part, condensed to its points
 //! - `flexible`: the rates of a flexible part's block
 //!
-//! A block knows its own states alone. It also holds the modes that it carries outside the state.
+//! A block knows only its own states, and holds the modes that it carries outside the state.
 
 mod condensed;
 mod flexible;
@@ -40,7 +40,7 @@ pub(super) struct CoupledPart {
     pub block: Block,
     /// Columns in the elements' rows: rigid coordinates, or driven points.
     pub columns: Range<usize>,
-    /// States in the place of displacements and in the place of velocities.
+    /// States in place of displacements and in place of velocities.
     pub states: [Range<usize>; 2],
     /// Masses tied to the first of its points.
     pub tied: Option<TiedMasses>,
@@ -52,7 +52,7 @@ pub(super) struct CoupledPart {
 #[derive(Clone, Copy)]
 pub(super) struct BlockStates<'y> {
     pub t: f64,
-    /// States in the place of displacements and in the place of velocities.
+    /// States in place of displacements and in place of velocities.
     pub y: [&'y [f64]; 2],
 }
 
@@ -73,7 +73,7 @@ impl Block {
         }
     }
 
-    /// Numbers of states in the place of displacements and in the place of velocities.
+    /// Numbers of states in place of displacements and in place of velocities.
     pub fn states(&self) -> [usize; 2] {
         match self {
             Self::Rigid(rigid) => [rigid.mass.len(); 2],

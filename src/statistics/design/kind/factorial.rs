@@ -11,7 +11,7 @@ use super::super::orthogonal::plackett_burman;
 use super::fraction::{Aliases, Fraction, MAX_RESOLUTION};
 use super::points::{Points, Request, Specification, bounded, numbers_only};
 
-/// Resolution of a fractional factorial, where a study does not say it: main effects clear of products of two factors.
+/// Default resolution of a fractional factorial: main effects clear of products of two factors.
 const RESOLUTION: u64 = 4;
 
 /// A regular fraction of the two-level factorial: main effects clear of effects of up to `resolution - 2` factors; of least
@@ -92,7 +92,7 @@ impl Specification for PlackettBurman {
 /// Corners, axial points and centre, for quadratic models.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct CentralComposite {
-    /// Where the axial points lie.
+    /// Position of the axial points.
     pub axial: Axial,
     /// Number of centre points.
     pub centres: usize,

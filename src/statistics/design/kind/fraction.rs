@@ -1,4 +1,4 @@
-//! Regular two-level fractions: of least aberration up to 15 factors, of sound resolution beyond; and what they confuse.
+//! Regular two-level fractions: minimum aberration up to 15 factors, sufficient resolution beyond; and their confounded effects.
 
 use std::collections::BTreeMap;
 
@@ -16,9 +16,9 @@ const MAX_COUNTED: usize = 20;
 /// Fractions of least aberration (Fries and Hunter, Technometrics 22, 1980): of their size they have the fewest words of the
 /// shortest length, of these the fewest of the next, and so on.
 ///
-/// Factors, basic factors, and what the other factors are products of, one bit per basic factor. Found by a search of our own for
-/// the numbers of words in the tables of Chen, Sun and Wu (Int. Stat. Rev. 61, 1993) and Groemping (J. Stat. Softw. 56, 2014).
-/// Sizes that no resolution asks for are left out.
+/// Factors, basic factors, and the products that give the other factors, one bit per basic factor. Found by our own search for the numbers
+/// of words in the tables of Chen, Sun and Wu (Int. Stat. Rev. 61, 1993) and Groemping (J. Stat. Softw. 56, 2014). Sizes that no resolution
+/// needs are left out.
 const LEAST_ABERRATION: [(usize, u32, &[u64]); 50] = [
     (3, 2, &[0x3]),
     (4, 3, &[0x7]),
@@ -168,15 +168,15 @@ fn is_product(columns: &[u64], word: u64, most: u32) -> bool {
     }
 }
 
-/// What a regular two-level fraction confuses. Factors go by their index; products are of levels -1 and 1.
+/// Confounded effects of a regular two-level fraction. Factors are given by index; products use the levels -1 and 1.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Aliases {
     /// Factors that are products of others, with these.
     pub generators: Vec<(usize, Vec<usize>)>,
     /// Number of products of factors that are 1 in every row, by their number of factors (the word length pattern, from length 0);
-    /// `None` where there are too many to count.
+    /// `None` if there are too many to count.
     pub word_lengths: Option<Vec<usize>>,
-    /// Effects of one or two factors that cannot be told apart, the main effects first; those that can are left out.
+    /// Confounded effects of one or two factors, main effects first; clear effects are left out.
     pub chains: Vec<Vec<Vec<usize>>>,
 }
 
@@ -204,7 +204,7 @@ impl Aliases {
         }
     }
 
-    /// Length of the shortest word; `None` where there is none, or words were not counted.
+    /// Length of the shortest word; `None` if there is none, or words were not counted.
     pub fn resolution(&self) -> Option<usize> {
         shortest(self.word_lengths.as_ref()?)
     }
@@ -214,7 +214,7 @@ fn shortest(word_lengths: &[usize]) -> Option<usize> {
     (1..word_lengths.len()).find(|length| word_lengths[*length] > 0)
 }
 
-/// How many products of the generators' words have which length, the factors that they generate counted.
+/// Counts the products of the generators' words by length, including the factors that they generate.
 fn word_lengths(generators: &[u64], factors: usize) -> Option<Vec<usize>> {
     if generators.len() > MAX_COUNTED {
         return None;

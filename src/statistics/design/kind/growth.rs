@@ -1,6 +1,6 @@
-//! How a design gets more rows: by the number in its study that says how many.
+//! Growth of a design, by the key of its study that contains the number of rows.
 
-/// Growth at a time, least and most: what narrow intervals need is known to the square root of few rows only.
+/// Smallest and largest growth at a time: the number of rows for narrow intervals is uncertain when few rows exist.
 const FACTORS: [f64; 2] = [1.25, 4.0];
 
 /// The number by which a design grows, its first rows unchanged.

@@ -1,4 +1,4 @@
-//! Kinds of designs: what a new one needs here is an entry, and a file with what it asks for and how it gives its rows.
+//! Kinds of designs. A new kind needs an entry here, and a file with its keys and its rows.
 
 mod factorial;
 mod fraction;
@@ -33,8 +33,8 @@ pub(super) use points::{Points, Request};
 pub use sampled::{Halton, Random, Sobol};
 pub use sensitivity::{Morris, Saltelli};
 
-/// Declares the kinds. An entry is its text, its name in a study (in snake case), the type that says what is asked for, and the
-/// keys of a study that belong to it.
+/// Declares the kinds. An entry has a text, its name in a study (in snake case), the type with its keys, and the keys of a study that
+/// belong to it.
 macro_rules! kinds {
     (
         $(#[doc = $first_text:tt])+ $first:ident: $first_kind:ident [$($first_key:literal),*],
@@ -48,7 +48,7 @@ macro_rules! kinds {
             $($(#[doc = $text])+ $name,)*
         }
 
-        /// How the rows are chosen.
+        /// Kind of design.
         #[derive(Debug, Clone, PartialEq)]
         pub enum Kind {
             $(#[doc = $first_text])+ $first_kind($first_kind),
@@ -64,7 +64,7 @@ macro_rules! kinds {
                 }
             }
 
-            /// What the keys of a study ask for.
+            /// Reads the keys of a study.
             ///
             /// # Errors
             /// What the keys do not tell.
@@ -100,7 +100,7 @@ kinds! {
     None: Single [],
     /// Every combination of the factors' levels.
     FullFactorial: FullFactorial [],
-    /// A regular fraction of the two-level factorial, of least aberration up to 15 factors.
+    /// A regular fraction of the two-level factorial, with minimum aberration up to 15 factors.
     FractionalFactorial: FractionalFactorial ["resolution"],
     /// The fewest rows for main effects at two levels.
     PlackettBurman: PlackettBurman [],
@@ -108,7 +108,7 @@ kinds! {
     CentralComposite: CentralComposite ["axial", "centre_points"],
     /// Middles of edges and centre.
     BoxBehnken: BoxBehnken ["centre_points"],
-    /// Latin hypercube, optimised as `optimise` says.
+    /// Latin hypercube, optimised according to `optimise`.
     LatinHypercube: LatinHypercube ["rows", "centred", "optimise", "grown_from"],
     /// Sobol' points, scrambled unless `scramble = false`.
     Sobol: Sobol ["rows", "scramble"],
@@ -122,11 +122,11 @@ kinds! {
     Morris: Morris ["trajectories", "morris_levels"],
     /// Saltelli's design for Sobol' indices.
     Saltelli: Saltelli ["base_points", "second_order"],
-    /// Rows of a CSV or Parquet file, a column per factor, e.g. of `decore design`; ranges not given are the columns'.
+    /// Rows of a CSV or Parquet file, a column per factor, e.g. of `decore design`. Default ranges: the ranges of the columns.
     Table: Table ["file"],
-    /// The rows of several parts, each a `[[design.part]]`, one part after the other.
+    /// The rows of several parts, one after the other. Each part is a `[[design.part]]`.
     Union: Union [],
-    /// Every row of each part with every row of the others.
+    /// Every row of each part, combined with every row of the others.
     Product: Product [],
 }
 
@@ -243,7 +243,7 @@ pub struct Product {
 /// A design of some of the factors.
 #[derive(Debug, Clone, PartialEq)]
 pub struct ProductPart {
-    /// How its rows are chosen.
+    /// Kind of design.
     pub kind: Kind,
     /// Indices of its factors.
     pub factors: Vec<usize>,

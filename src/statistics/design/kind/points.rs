@@ -1,4 +1,4 @@
-//! What a kind of design has to be able to do: become points, and give their rows.
+//! Interface of a kind of design: it makes points, and gives their rows.
 
 use std::fmt;
 use std::sync::Arc;
@@ -17,9 +17,9 @@ use super::growth::Growth;
 /// Most rows that a number in the study alone puts into memory.
 const MOST_STATED_ROWS: usize = 1_000_000;
 
-/// A kind of design as asked for.
+/// A kind of design as requested.
 pub(in crate::design) trait Specification: Sized {
-    /// What the keys of a study ask for.
+    /// Reads the keys of a study.
     fn of(keys: &DesignOptions) -> Result<Self, Needs>;
 
     /// Makes it ready to give rows.
@@ -31,7 +31,7 @@ pub(in crate::design) trait Specification: Sized {
     }
 }
 
-/// What points are made for; at least one factor but for a single row.
+/// Request for points; at least one factor, unless there is a single row.
 #[derive(Clone, Copy)]
 pub(in crate::design) struct Request<'a> {
     pub factors: &'a [Factor],
@@ -62,7 +62,7 @@ pub(in crate::design) trait Points: fmt::Debug + Send + Sync {
         1
     }
 
-    /// Which rows belong together; see [`GroupSpan`].
+    /// Groups of dependent rows; see [`GroupSpan`].
     fn groups(&self) -> Vec<GroupSpan> {
         Vec::new()
     }
@@ -77,12 +77,12 @@ pub(in crate::design) trait Points: fmt::Debug + Send + Sync {
         true
     }
 
-    /// What a regular fraction confuses.
+    /// Confounded effects of a regular fraction.
     fn aliases(&self) -> Option<Aliases> {
         None
     }
 
-    /// The same with its rows made to fit the constraints; `None` where rows that do not fit are left out instead.
+    /// The same with its rows made to fit the constraints; `None` if rows that do not fit are left out instead.
     fn constrained(
         &self,
         _correlation: Option<&Correlation>,

@@ -14,9 +14,9 @@ use super::points::{Points, Request, Specification, blocks};
 use super::sampled::sobol;
 use decore_math::random::{below, hash};
 
-/// Morris trajectories, where a study does not say how many.
+/// Default number of Morris trajectories.
 const TRAJECTORIES: u64 = 10;
-/// Levels of the Morris grid, where a study does not say how many.
+/// Default number of levels of the Morris grid.
 const MORRIS_LEVELS: u64 = 4;
 
 /// Morris trajectories, `factors + 1` rows each.

@@ -24,7 +24,7 @@ pub(super) const FORMAT: Format = Format {
     }],
 };
 
-/// Reads a matrix: the block of the file, or of several the one whose keyword names the matrix that is asked for.
+/// Reads a matrix: the block of the file, or of several the one whose keyword names the requested matrix.
 fn read(given: &Given) -> Result<Imported, StructureError> {
     let Given { file, bytes, kind, listed, .. } = *given;
     if user_element::comes_first(file, bytes)? {
@@ -111,13 +111,13 @@ impl Block {
         Ok(Self { line: lines.number, matrix })
     }
 
-    /// Whether this can be the matrix that is asked for: of its type, or of none.
+    /// Whether this can be the requested matrix: of its type, or of none.
     fn may_be(&self, kind: MatrixKind) -> bool {
         self.matrix.as_ref().is_none_or(|matrix| matrix == keyword(kind))
     }
 }
 
-/// Entries as far as they are read; the number of words of the first line tells which form they have.
+/// Entries that are read so far; the number of words of the first line gives their form.
 #[derive(Default)]
 struct Entries {
     labelled: LabelledMatrix,

@@ -50,7 +50,7 @@ fn parse(file: &str, bytes: &[u8], order: usize) -> Result<CsMat<f64>, Structure
     if last.is_none_or(|last| last as usize + 1 != order) {
         let found = last.map_or(0, |last| last + 1);
         return Err(
-            lines.fault(format!("the file is cut short: it ends at row {found} of {order} (rows by the dof_file)"))
+            lines.fault(format!("the file is truncated: it ends at row {found} of {order} (rows by the dof_file)"))
         );
     }
     entries.assemble(file, order, Storage::OneTriangle)

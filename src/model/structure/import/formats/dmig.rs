@@ -73,19 +73,18 @@ fn read(given: &Given) -> Result<Imported, StructureError> {
 /// Columns are there, and with every row that is coupled to others the column that has its diagonal.
 fn require_columns(lines: &Lines, name: &str, matrix: &LabelledMatrix) -> Result<(), StructureError> {
     if matrix.columns().next().is_none() {
-        return Err(lines.fault(format!("the file is cut short: matrix {name} has a header but no column")));
+        return Err(lines.fault(format!("the file is truncated: matrix {name} has a header but no column")));
     }
     if let Some(DofLabel { node, dof }) = matrix.without_diagonal() {
         let dof = number(dof);
         return Err(lines.fault(format!(
-            "the file is cut short: in matrix {name} node {node} direction {dof} is coupled to others, but its own entry ({node}, {dof}) of the diagonal is missing"
+            "the file is truncated: in matrix {name} node {node} direction {dof} is coupled to others, but its own entry ({node}, {dof}) of the diagonal is missing"
         )));
     }
     Ok(())
 }
 
-/// Which entries the form announces: a square matrix has all, a symmetric one a triangle, in some files both; and the number of
-/// columns, where the header has it.
+/// Reads the form (a square matrix has all entries, a symmetric one a triangle, in some files both) and, if given, the number of columns.
 fn read_header(lines: &Lines, card: &Card, matrix: &mut LabelledMatrix) -> Result<(), StructureError> {
     let field = |index: usize| card.field(index);
     if !matches!(field(2), "1" | "6") {
@@ -124,7 +123,7 @@ fn read_column(lines: &Lines, card: &Card, matrix: &mut LabelledMatrix) -> Resul
         entries += 1;
     }
     if entries == 0 {
-        return Err(fault("a column without entries (is the file cut short?)".to_owned()));
+        return Err(fault("a column without entries (is the file truncated?)".to_owned()));
     }
     Ok(())
 }

@@ -36,7 +36,7 @@ fn read(given: &Given) -> Result<Imported, StructureError> {
     let mut lines = Lines::new(file, bytes);
     let mut line = |wanted: &str| -> Result<String, StructureError> {
         if !lines.advance()? {
-            return Err(lines.fault(format!("the file is cut short: {wanted} expected")));
+            return Err(lines.fault(format!("the file is truncated: {wanted} expected")));
         }
         Ok(lines.text.clone())
     };
@@ -119,7 +119,7 @@ fn numbers(
     let mut left = count;
     while left > 0 {
         if !lines.advance()? {
-            return Err(lines.fault(format!("the file is cut short: {what} {} of {count} expected", count - left + 1)));
+            return Err(lines.fault(format!("the file is truncated: {what} {} of {count} expected", count - left + 1)));
         }
         if !lines.text.is_ascii() {
             return Err(lines.fault("expected numbers"));

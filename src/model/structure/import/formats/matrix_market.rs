@@ -34,7 +34,7 @@ pub(in crate::structure::import) fn parse_matrix_market(
     parse(file, bytes, None)
 }
 
-/// Reads a symmetric matrix, plain or gzip (told by its first two bytes). `listed`: rows by the list of rows.
+/// Reads a symmetric matrix, plain or gzip (recognised by its first two bytes). `listed`: rows in the list of rows.
 ///
 /// Accepted: `matrix coordinate|array real|integer symmetric|general`, square. The result holds both triangles; zeros of an
 /// array are kept on the diagonal only.
@@ -57,7 +57,7 @@ fn parse(file: &str, bytes: &[u8], listed: Option<usize>) -> Result<CsMat<f64>, 
     }
 }
 
-/// How entries are listed.
+/// Layout of the entries.
 #[derive(Clone, Copy, PartialEq, Eq)]
 enum Layout {
     /// Row, column and value of each.
@@ -105,7 +105,7 @@ fn read_size(lines: &mut Lines, form: Layout) -> Result<(usize, usize), Structur
     Ok((rows, count))
 }
 
-/// All values of a general array, those of the lower triangle of a symmetric one, by columns.
+/// All values of a general array, or of the lower triangle of a symmetric one, by columns.
 fn read_values(lines: &mut Lines, order: usize, storage: Storage) -> Result<Triplets, StructureError> {
     let mut entries = Triplets::default();
     for column in 0..order {
@@ -200,7 +200,7 @@ mod tests {
         fails("", 1, "empty");
         fails("%%MatrixMarket matrix array complex general\n", 1, "coordinate real symmetric");
         fails(&format!("{HEAD}skew-symmetric\n"), 1, "expected");
-        fails(&format!("{HEAD}symmetric\n% only\n"), 3, "cut short");
+        fails(&format!("{HEAD}symmetric\n% only\n"), 3, "truncated");
         fails(&format!("{HEAD}symmetric\n2 3 1\n1 1 1\n"), 2, "not square: 2 rows, 3 columns");
         fails(&format!("{HEAD}symmetric\n2 x 1\n"), 2, "rows, columns and entries");
         fails(&format!("{HEAD}symmetric\n2 2 3\n1 1 1\n2 2 1\n"), 5, "entry 3 of 3");
@@ -233,7 +233,7 @@ mod tests {
             for (form, end) in [("coordinate", " 1\n1 1 2.0"), ("array", "\n2.0")] {
                 let text = format!("%%MatrixMarket matrix {form} real symmetric\n{order} {order}{end}\n");
                 let error = parse_matrix_market("K", text.as_bytes()).expect_err(order).to_string();
-                let named = error.contains(&format!("{order} rows")) || error.contains("cut short: the value of row 2");
+                let named = error.contains(&format!("{order} rows")) || error.contains("truncated: the value of row 2");
                 assert!(named, "{error}");
             }
         }
@@ -254,6 +254,6 @@ mod tests {
     fn cut_gzip_is_an_error() {
         let whole: &[u8] = include_bytes!("../../../../assets/station/K.mtx.gz");
         let error = parse_matrix_market("K.mtx.gz", &whole[..whole.len() / 2]).expect_err("cut").to_string();
-        assert!(error.contains("cut short"), "{error}");
+        assert!(error.contains("truncated"), "{error}");
     }
 }

@@ -21,7 +21,7 @@ use super::lines::unpacked;
 
 pub(super) use matrix_market::parse_matrix_market;
 
-/// The formats with the files that hold their entries; names and documentation are those of the study's key `format`.
+/// Formats and their files. Names and documentation belong to the study's key `format`.
 macro_rules! matrix_formats {
     ($($(#[$documentation:meta])+ $format:ident: $file:ident,)+) => {
         /// Exchange format of matrices.
@@ -48,13 +48,12 @@ matrix_formats! {
     MatrixMarket: matrix_market,
     /// CalculiX `.sti` and `.mas` of `*FREQUENCY, SOLVER=MATRIXSTORAGE`, with the `.dof` file as `dof_file`.
     Calculix: calculix,
-    /// Nastran DMIG entries in a punch or bulk data file (`.pch`, `.bdf`), small, large and free field; its ten digits suit reduced
-    /// models only.
+    /// Nastran DMIG entries in a punch or bulk data file (`.pch`, `.bdf`), small, large and free field; its ten digits are enough only for
+    /// reduced models.
     Dmig: dmig,
-    /// Nastran OUTPUT4 (`.op4`), text or binary of either byte order and integer size, dense or sparse; all matrices but the named
-    /// ones are passed over.
+    /// Nastran OUTPUT4 (`.op4`), text or binary of either byte order and integer size, dense or sparse; reads only the named matrices.
     Op4: op4,
-    /// Harwell-Boeing text (`.matrix`, `.rsa`), as ANSYS writes it with `HBMAT`, its `.mapping` as `dof_file`.
+    /// Harwell-Boeing text (`.matrix`, `.rsa`) of ANSYS (`HBMAT`), with its `.mapping` as `dof_file`.
     HarwellBoeing: harwell_boeing,
     /// Abaqus text of `*MATRIX OUTPUT`, by node and direction or by row; superelements of Abaqus and CalculiX (`*USER ELEMENT`) of
     /// `*SUBSTRUCTURE MATRIX OUTPUT, OUTPUT FILE=USER DEFINED`.
@@ -73,13 +72,13 @@ impl MatrixFormat {
 }
 
 impl MatrixFormat {
-    /// The format that the first lines of a file show, where its name does not tell.
+    /// Finds the format from the first lines of a file, if its name does not show it.
     pub fn of_content(path: &Path) -> Option<Self> {
         const LOOKED_AT: u64 = 10_000;
         let mut bytes = Vec::new();
         File::open(path).ok()?.take(LOOKED_AT).read_to_end(&mut bytes).ok()?;
         let mut plain = Vec::new();
-        // A packed file ends within a block here: what came out before counts.
+        // A packed file ends within a block here: use the bytes before.
         let _ = unpacked(&bytes).take(LOOKED_AT).read_to_end(&mut plain);
         if plain.starts_with(b"PK\x03\x04") {
             return Some(Self::Npz);
@@ -96,7 +95,7 @@ impl MatrixFormat {
         begins(&["*MATRIX", "*USER ELEMENT"]).then_some(Self::Abaqus)
     }
 
-    /// How to get a readable file out of a program whose own files are none; `None` for an ending that is not known.
+    /// Advice for a readable file from a program whose own files cannot be read; `None` for an unknown ending.
     pub fn way_out(file: &str) -> Option<&'static str> {
         let name = file.to_ascii_lowercase();
         let ending = name.strip_suffix(".gz").unwrap_or(&name).rsplit_once('.')?.1;
@@ -108,7 +107,9 @@ impl MatrixFormat {
                 "Abaqus: add a step with `*MATRIX GENERATE, STIFFNESS, MASS` and `*MATRIX OUTPUT, STIFFNESS, MASS, FORMAT=MATRIX INPUT`"
             }
             "inp" => {
-                "a deck holds no matrices; Abaqus: run it with a step of `*MATRIX GENERATE, STIFFNESS, MASS` and `*MATRIX OUTPUT, STIFFNESS, MASS, FORMAT=MATRIX INPUT`; CalculiX: with `*FREQUENCY, SOLVER=MATRIXSTORAGE`, which writes .sti, .mas and .dof"
+                "a deck contains no matrices; Abaqus: run it with a step of `*MATRIX GENERATE, STIFFNESS, MASS` and \
+                 `*MATRIX OUTPUT, STIFFNESS, MASS, FORMAT=MATRIX INPUT`; CalculiX: with `*FREQUENCY, \
+                 SOLVER=MATRIXSTORAGE`, which writes .sti, .mas and .dof"
             }
             "op2" | "xdb" | "f06" | "h5" | "hdf5" | "hdf" | "nas" => {
                 "Nastran and OptiStruct: `EXTSEOUT(STIFF,MASS,DMIGPCH)` writes a .pch, `EXTSEOUT(STIFF,MASS,DMIGOP4)` an OUTPUT4 file; of a file of Python or MATLAB read K with `h5py` and write it with `scipy.sparse.save_npz('K.npz', K)`"
@@ -118,7 +119,8 @@ impl MatrixFormat {
             }
             "k" | "key" => "LS-DYNA: `MTXDMP` of *CONTROL_IMPLICIT_SOLVER writes the matrices in Harwell-Boeing format",
             "unv" | "uff" => {
-                "a universal file holds no matrices: its modes (data sets 55) are a `modal_file` of `source = \"modal_table\"`, its responses (58) go to `--measured`"
+                "a universal file contains no matrices: its modes (data sets 55) are a `modal_file` of `source = \
+                 \"modal_table\"`, its responses (58) go to `--measured`"
             }
             "med" | "rmed" | "mess" => {
                 "Code_Aster: in Python `K.EXTR_MATR(sparse=True)`, then `scipy.io.mmwrite('K.mtx', ...)`"
@@ -170,7 +172,7 @@ impl ExportFormat {
         Self::all().find(|format| format.name() == name)
     }
 
-    /// Its name on the command line.
+    /// Name on the command line.
     pub fn name(self) -> &'static str {
         self.form.name
     }
@@ -182,7 +184,7 @@ impl ExportFormat {
         [stiffness, mass, damping, ROWS_FILE, POINTS_FILE]
     }
 
-    /// What gets lost in it, for the user to know; `None` where every bit is kept.
+    /// Loss of information, for the user; `None` if every bit is kept.
     pub fn loss(self) -> Option<&'static str> {
         self.form.loss
     }

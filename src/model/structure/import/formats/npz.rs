@@ -75,7 +75,7 @@ impl Sparse<'_> {
         }
     }
 
-    /// Number of rows, that of columns being the same.
+    /// Number of rows, which equals the number of columns.
     fn order(&self) -> Result<usize, StructureError> {
         let shape = self.whole("shape")?;
         let order = match shape {

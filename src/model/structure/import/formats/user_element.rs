@@ -25,7 +25,7 @@ use crate::structure::label::DofLabel;
 /// Most nodes of an element: its matrix is full.
 const MOST_NODES: usize = 100_000;
 
-/// Whether the first matrix of a file is that of a user element.
+/// Whether the first matrix of a file belongs to a user element.
 pub(super) fn comes_first(file: &str, bytes: &[u8]) -> Result<bool, StructureError> {
     let mut lines = Lines::new(file, bytes);
     let mut begun = false;
@@ -42,7 +42,7 @@ pub(super) fn comes_first(file: &str, bytes: &[u8]) -> Result<bool, StructureErr
     Ok(false)
 }
 
-/// Reads the matrix of the kind that is asked for.
+/// Reads the matrix of the requested kind.
 pub(super) fn read(given: &Given) -> Result<Imported, StructureError> {
     let Given { file, bytes, kind, .. } = *given;
     let mut lines = Lines::new(file, bytes);
@@ -69,14 +69,14 @@ fn parameter(text: &str, name: &str) -> Option<String> {
     })
 }
 
-/// What the lines that follow hold.
+/// Contents of the following lines.
 #[derive(Clone, Copy, PartialEq)]
 enum Within {
     /// Nothing of use.
     Other,
     /// Directions of nodes, and the nodes in comments.
     Element,
-    /// Values of the matrix that is asked for; it begins at this line.
+    /// Values of the requested matrix; it begins at this line.
     Values(usize),
 }
 
@@ -86,9 +86,9 @@ struct Element {
     line: usize,
     /// Number of its nodes.
     size: usize,
-    /// Whether both triangles are there.
+    /// Whether both triangles are stored.
     full: bool,
-    /// Its nodes, by the comment.
+    /// Nodes, from the comment.
     nodes: Vec<i64>,
     /// Directions from a node on, the node counted from 0.
     directions: Vec<(usize, Vec<usize>)>,
@@ -144,7 +144,7 @@ impl Element {
             .collect()
     }
 
-    /// Node and direction of every row; none where the file does not name the nodes.
+    /// Node and direction of every row; none if the file does not name the nodes.
     fn labels(&self, lines: &Lines) -> Result<Option<Vec<DofLabel>>, StructureError> {
         if self.nodes.is_empty() {
             return Ok(None);
@@ -257,7 +257,7 @@ impl Reader {
         if values.len() != expected {
             let (nodes, of) = (element.size, if element.full { "" } else { " of the lower triangle" });
             let reason = format!(
-                "expected {expected} values{of} for {order} rows of {nodes} nodes, found {}: is the file cut short, or are directions missing behind *USER ELEMENT?",
+                "expected {expected} values{of} for {order} rows of {nodes} nodes, found {}: is the file truncated, or are directions missing behind *USER ELEMENT?",
                 values.len()
             );
             return Err(lines.fault_at(line, reason));

@@ -20,7 +20,7 @@ pub(super) struct Records<'a> {
 }
 
 impl<'a> Records<'a> {
-    /// Told by the mark of the first record: a header of 24 or 48 bytes.
+    /// Detects the form from the mark of the first record: a header of 24 or 48 bytes.
     pub fn detect(file: &'a str, bytes: &'a [u8]) -> Option<Self> {
         let mark: [u8; 4] = bytes.get(..4)?.try_into().ok()?;
         let (little, integer) = match (u32::from_le_bytes(mark), u32::from_be_bytes(mark)) {
@@ -61,10 +61,10 @@ impl<'a> Records<'a> {
         }
         self.number += 1;
         let body = self.mark(self.at).and_then(|length| self.bytes.get(self.at + 4..)?.get(..length));
-        let Some(body) = body else { return Err(self.fault("the file is cut short")) };
+        let Some(body) = body else { return Err(self.fault("the file is truncated")) };
         let end = self.at + 4 + body.len();
         if self.mark(end) != Some(body.len()) {
-            return Err(self.fault("its two length marks differ: the file is cut short or damaged"));
+            return Err(self.fault("its two length marks differ: the file is truncated or damaged"));
         }
         self.at = end + 4;
         Ok(Some(body))
@@ -120,7 +120,7 @@ fn read_columns(records: &mut Records, header: &Header, wanted: bool) -> Result<
     let mut entries = Triplets::default();
     loop {
         let Some(record) = records.next()? else {
-            return Err(records.fault(format!("the file is cut short: matrix {} has no end", header.name)));
+            return Err(records.fault(format!("the file is truncated: matrix {} has no end", header.name)));
         };
         let number = |place| records.integer(record, place);
         let (Some(column), Some(row), Some(words)) = (number(0), number(1), number(2)) else {
@@ -152,14 +152,14 @@ fn read_columns(records: &mut Records, header: &Header, wanted: bool) -> Result<
         while !rest.is_empty() {
             let StringHead { first, length, own_length } = string_head(records, header, rest)?;
             let values = rest.get(own_length..).and_then(|rest| rest.get(..length));
-            let values = values.ok_or_else(|| records.fault("a string is cut short"))?;
+            let values = values.ok_or_else(|| records.fault("a string is truncated"))?;
             run(records, header, Begin { row: first, column }, values, &mut entries)?;
             rest = &rest[own_length + length..];
         }
     }
 }
 
-/// Where values of a column begin.
+/// Position of a column's first value.
 struct Begin {
     row: i64,
     column: u32,
@@ -181,7 +181,7 @@ fn run(
     Ok(())
 }
 
-/// What stands before the values of a string.
+/// Header of a string of values.
 struct StringHead {
     /// First row.
     first: i64,
@@ -192,7 +192,7 @@ struct StringHead {
 }
 
 fn string_head(records: &Records, header: &Header, bytes: &[u8]) -> Result<StringHead, StructureError> {
-    let fault = || records.fault("a string is cut short");
+    let fault = || records.fault("a string is truncated");
     let word = records.integer(bytes, 0).ok_or_else(fault)?;
     let (first, words, integers) = if header.big {
         (records.integer(bytes, 1).ok_or_else(fault)?, word.checked_sub(1), 2)

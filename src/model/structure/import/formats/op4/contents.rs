@@ -1,4 +1,4 @@
-//! What an OUTPUT4 file holds, and which of it is wanted.
+//! Contents of an OUTPUT4 file, and the selection of its matrices.
 
 use crate::structure::error::StructureError;
 use crate::structure::import::triplets::{MOST_ROWS, Storage, Triplets};
@@ -49,12 +49,12 @@ impl Header {
         (row < self.rows).then_some(row as u32)
     }
 
-    /// Which entries the form announces: a square matrix has all, a symmetric one both triangles, in some files one.
+    /// Entries by the form: a square matrix has all, a symmetric one both triangles, in some files one.
     pub fn storage(&self) -> Option<Storage> {
         (self.form == 1).then_some(Storage::Both)
     }
 
-    /// Why this can be no stiffness, mass or damping.
+    /// Returns the reason why this cannot be a stiffness, mass or damping matrix.
     fn refusal(&self) -> Option<String> {
         let Self { name, rows, columns, .. } = self;
         match (self.kind, self.form) {
@@ -78,7 +78,7 @@ impl Header {
 /// The matrices met so far, and the wanted one.
 pub(super) struct Contents<'a> {
     name: &'a str,
-    /// Which of several matrices of this name, from 1.
+    /// Number among several matrices of this name, from 1.
     number: Option<usize>,
     met: Vec<Header>,
     found: Option<(Header, Triplets)>,

@@ -1,7 +1,7 @@
 //! Nastran OUTPUT4 files: text and binary, dense and sparse columns, both byte orders, integers of 32 and 64 bits.
 //!
-//! A file holds any number of matrices. The one that is named is read, all others are passed over unread, whatever their shape
-//! and type; an error lists what the file holds. A name that a file has several times is told apart by its number, `MAA#2`.
+//! A file holds any number of matrices. Only the requested one is read, whatever the shape and type of the others. An error lists the
+//! contents of the file. A name that occurs several times is selected by number, `MAA#2`.
 
 mod binary;
 mod contents;
@@ -61,7 +61,7 @@ fn unpack(file: &str, bytes: &[u8]) -> Result<Vec<u8>, StructureError> {
     let mut whole = Vec::new();
     unpacked(bytes).read_to_end(&mut whole).map_err(|error| StructureError::Matrix {
         file: file.to_owned(),
-        reason: format!("the file is cut short or damaged ({error})"),
+        reason: format!("the file is truncated or damaged ({error})"),
     })?;
     Ok(whole)
 }

@@ -85,7 +85,7 @@ impl Columns<'_> {
             if !lines.advance_past(&[])? {
                 let name = &self.header.name;
                 let reason = format!(
-                    "the file is cut short: column {} or the end of matrix {name} expected",
+                    "the file is truncated: column {} or the end of matrix {name} expected",
                     self.at.column + 1
                 );
                 return Err(lines.fault(reason));

@@ -48,7 +48,7 @@ pub(super) fn write_text(out: &mut dyn Write, named: &Named) -> std::io::Result<
     writeln!(out)
 }
 
-/// `%23.16E`; an exponent of three digits takes the place of its letter, as Fortran does.
+/// `%23.16E`; an exponent of three digits replaces its letter, as Fortran does.
 fn write_value(out: &mut dyn Write, value: f64) -> std::io::Result<()> {
     let text = format!("{value:.16e}");
     let (mantissa, exponent) = text.split_once('e').unwrap_or((&text, "0"));
