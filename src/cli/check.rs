@@ -4,6 +4,7 @@ use std::path::PathBuf;
 
 use clap::Args;
 
+use super::check_links::link_lines;
 use super::check_result::{Check, Confused, Invalid, Needed, Probe, Probed, StudyOutline, probe};
 use super::exit::{Exit, Failure, write_file};
 use super::json::{print_json, wants_words};
@@ -172,6 +173,7 @@ fn probe_text(probe: &Probe) -> String {
         )
     }));
     lines.push(format!("states         {}", probe.states));
+    lines.extend(link_lines(&probe.elastic_links));
     lines.extend(twins_line(probe));
     lines.push(precision_line(probe));
     lines.push(time_line(probe));

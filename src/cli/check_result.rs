@@ -3,6 +3,7 @@
 use schemars::JsonSchema;
 use serde::Serialize;
 
+use super::check_links::{ElasticLink, elastic_links};
 use super::exit::Failure;
 use decore_dataset::{Columns, TableName};
 use decore_model::metrics::{HammerMetrics, duration_for};
@@ -147,6 +148,8 @@ pub(super) struct Probe {
     pub selection: Option<Selected>,
     /// States of the coupled system.
     pub states: usize,
+    /// Links of elastic castings; empty without one.
+    pub elastic_links: Vec<ElasticLink>,
     /// Twins of each row.
     pub twins: u64,
     /// Why outputs of the row may scatter; null where nothing says so.
@@ -332,6 +335,7 @@ pub(super) fn probe(engine: &Engine, Probed { repeated, threads }: Probed, wante
             bound: selection.bound,
         }),
         states: outcome.states,
+        elastic_links: elastic_links(&scene, &modes),
         twins: twins as u64,
         amplifies,
         twin_time_ratio,

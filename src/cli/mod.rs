@@ -8,6 +8,7 @@ mod best;
 #[cfg_attr(not(feature = "python"), allow(dead_code))]
 pub(crate) mod caller;
 mod check;
+mod check_links;
 mod check_result;
 mod cluster;
 mod compare;

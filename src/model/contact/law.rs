@@ -216,6 +216,16 @@ impl<R: Number> ContactLaw<R> {
 }
 
 impl ContactLaw {
+    /// Stiffness in N/m of a linear law.
+    pub fn stiffness_n_per_m(&self) -> Option<f64> {
+        match *self {
+            Self::KelvinVoigt { stiffness_n_per_m, .. } | Self::KelvinVoigtSeparating { stiffness_n_per_m, .. } => {
+                Some(stiffness_n_per_m)
+            }
+            Self::HuntCrossley { .. } | Self::Hertz { .. } => None,
+        }
+    }
+
     /// Penetration in m at which the contact stores an energy in J: how deep an impact without loss goes.
     pub fn depth_of_energy(&self, energy_j: f64) -> f64 {
         let (stiffness, exponent) = match *self {

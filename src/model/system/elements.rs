@@ -46,6 +46,32 @@ pub struct Elements {
     contacts: Vec<Contact>,
     /// Springs in series with the residual flexibility of elastic parts; `None` without any.
     series: Option<Series>,
+    flexibilities: Vec<LinkFlexibility>,
+}
+
+/// A link in series with the residual flexibility R of an elastic part.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct LinkFlexibility {
+    /// Owner.
+    pub owner: Owner,
+    /// Stiffness k by the study in N/m. Laws with a power of the penetration have none.
+    pub stiffness_n_per_m: Option<f64>,
+    /// R along the link in m/N.
+    pub residual_m_per_n: f64,
+    /// Part of the casting's flexibility that k includes in m/N.
+    pub included_m_per_n: f64,
+}
+
+impl LinkFlexibility {
+    /// `k R`: the error of the link's force without R.
+    pub fn k_r(&self) -> Option<f64> {
+        self.stiffness_n_per_m.map(|stiffness| stiffness * self.residual_m_per_n)
+    }
+
+    /// Stiffness in N/m of the link alone, `1/k - included`.
+    pub fn own_stiffness_n_per_m(&self) -> Option<f64> {
+        self.stiffness_n_per_m.map(|stiffness| stiffness / (1.0 - stiffness * self.included_m_per_n))
+    }
 }
 
 /// Springs in series with the residual flexibility R of the elastic parts that they hold. R has no mass.
@@ -167,7 +193,7 @@ impl Elements {
                 matrix.add_triplet(index, column, coefficient);
             }
         }
-        Self { rows: matrix.to_csr(), springs, contacts, series: None }
+        Self { rows: matrix.to_csr(), springs, contacts, series: None, flexibilities: Vec::new() }
     }
 
     /// Puts the elements in series with the residual flexibility of elastic parts. Each part has the column of its first point, and R
@@ -201,9 +227,26 @@ impl Elements {
             LinkLaw::Contact { includes_flexibility, gap_m, .. } => Some((includes_flexibility, gap_m)),
             LinkLaw::Spring { .. } => None,
         });
+        for (at, spring) in self.springs.iter().enumerate().filter(|(at, _)| flexibility[(*at, *at)] != 0.0) {
+            self.flexibilities.push(LinkFlexibility {
+                owner: spring.owner,
+                stiffness_n_per_m: Some(spring.stiffness_n_per_m),
+                residual_m_per_n: flexibility[(at, at)],
+                included_m_per_n: 0.0,
+            });
+        }
         for ((at, contact), (includes, gap_m)) in self.contacts.iter_mut().enumerate().zip(laws) {
             let included = if includes { local[springs + at] } else { 0.0 };
-            contact.law = contact.in_series(flexibility[(springs + at, springs + at)], included)?;
+            let residual_m_per_n = flexibility[(springs + at, springs + at)];
+            if residual_m_per_n != 0.0 {
+                self.flexibilities.push(LinkFlexibility {
+                    owner: contact.owner,
+                    stiffness_n_per_m: contact.law.stiffness_n_per_m(),
+                    residual_m_per_n,
+                    included_m_per_n: included,
+                });
+            }
+            contact.law = contact.in_series(residual_m_per_n, included)?;
             contact.offset_m = gap_m - contact.law.static_penetration(contact.rest_force_n, 0.0);
         }
         let watched = residuals.iter().zip(&shares).map(|((first, residual), shares)| {
@@ -243,6 +286,11 @@ impl Elements {
             }
         }
         matrix.to_csr()
+    }
+
+    /// Links in series with the residual flexibility of elastic parts.
+    pub fn flexibilities(&self) -> &[LinkFlexibility] {
+        &self.flexibilities
     }
 
     /// Springs in series with the residual flexibility of elastic parts.

@@ -47,6 +47,7 @@ mod register_pair;
 pub use assemble::{build, build_placed};
 
 pub use coupled::Coupled;
+pub use elements::LinkFlexibility;
 pub(crate) use lanes::{CoupledLanes, Shape};
 pub(crate) use layout::CastingQuadrature;
 pub use layout::HammerQuadrature;
