@@ -38,7 +38,7 @@ type Names = BTreeMap<PathBuf, Option<usize>>;
 /// Contents of a disk, and its pending writes.
 #[derive(Default)]
 struct Disk {
-    /// Contents that are safe, and those last asked for.
+    /// Synced and last written contents.
     files: Vec<[Vec<u8>; 2]>,
     safe: Names,
     asked: Names,

@@ -27,7 +27,7 @@ pub const STAGING: &str = ".staging";
 pub const GROWING: &str = ".growing";
 /// Folder for parts that no longer match the manifest.
 pub const DAMAGED: &str = ".damaged";
-/// Folder of the datasets that were replaced, until the one that replaces them is whole.
+/// Folder for replaced datasets, until the new one is complete.
 pub const REPLACED: &str = ".replaced";
 
 /// Rows of one block, by index.

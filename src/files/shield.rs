@@ -11,7 +11,7 @@ thread_local! {
 
 /// Runs a decoder of another package. Returns `None` if it panics, and prints nothing.
 ///
-/// For calls whose input is refused as damaged then, and that leave nothing half done behind.
+/// Use it only if the caller then refuses the input as damaged, and the call leaves no partial state behind.
 pub fn shielded<T>(decode: impl FnOnce() -> T) -> Option<T> {
     static QUIET: Once = Once::new();
     QUIET.call_once(|| {

@@ -142,7 +142,7 @@ fn a_lost_manifest_is_made_anew_from_the_parts() {
     let resumed = resume(&folder).expect("resumed");
     assert_eq!(resumed.again, 64, "{:?}", resumed.damaged);
     assert!(
-        resumed.damaged.iter().any(|line| line.contains("runs-000000000064.parquet: nothing is left")),
+        resumed.damaged.iter().any(|line| line.contains("runs-000000000064.parquet: no checksum is left")),
         "{:?}",
         resumed.damaged
     );
@@ -180,7 +180,7 @@ fn a_journal_alone_goes_on() {
         let before = files(&folder);
         let other = DatasetInfo { seed: 1, ..info() };
         let error = DatasetWriter::create(&folder, &other, Existing::Resume).err().expect("refused").to_string();
-        assert!(error.contains("20 of 150 rows of another study") && error.contains("seed"), "{error}");
+        assert!(error.contains("20 of 150 rows of a different study") && error.contains("seed"), "{error}");
         assert_eq!(files(&folder), before);
         let resumed = resume(&folder).expect("resumed");
         assert_eq!((resumed.again, resumed.damaged.len()), (ROWS - 20, 0), "{:?}", resumed.notes);
@@ -384,8 +384,8 @@ fn verify_reads_everything_and_strays_are_named() {
             &|| _ = fs::copy(folder.join("runs/runs-000000000000.parquet"), folder.join(stray)).expect("copied"),
             stray,
         ),
-        ("manifest", &|| fs::write(folder.join("manifest.json"), "{").expect("written"), "manifest.json is lost"),
-        ("timings", &|| fs::remove_file(folder.join("timings.json")).expect("removed"), "timings.json is lost"),
+        ("manifest", &|| fs::write(folder.join("manifest.json"), "{").expect("written"), "manifest.json was lost"),
+        ("timings", &|| fs::remove_file(folder.join("timings.json")).expect("removed"), "timings.json was lost"),
         (
             "part",
             &|| fs::write(folder.join("blows/blows-000000000064.parquet"), "cut").expect("cut"),

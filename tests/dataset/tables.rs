@@ -397,7 +397,7 @@ fn other_columns_are_refused_before_a_row_runs() {
     let error = DatasetWriter::create(scratch.path(), &changed, Existing::Resume).err().expect("refused");
     assert!(matches!(error, DatasetError::Changed { .. }), "{error}");
     let said = error.to_string();
-    assert!(said.contains("holds 1 of 150 rows"), "rows in the journal count: {said}");
+    assert!(said.contains("contains 1 of 150 rows"), "rows in the journal count: {said}");
     assert!(said.contains("columns of the tables: this program has others"), "{said}");
     // A dataset without a hash of its columns is gone on with.
     let silent = DatasetInfo { columns_hash: String::new(), ..info() };

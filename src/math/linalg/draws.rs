@@ -9,7 +9,7 @@ const SEPARATION: usize = 3;
 /// Number of draws that are skipped after seeding.
 const DISCARDED: usize = 10 * WORDS;
 
-/// The generator; of words that are all the same until it is seeded.
+/// Generator; before seeding, all its words are equal.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Generator {
     words: [u32; WORDS],

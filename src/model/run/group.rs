@@ -90,7 +90,7 @@ fn next_ready(source: &mut dyn JobSource, wait: bool) -> Option<Ready> {
     }
 }
 
-/// Makes a row's next simulation ready; a row without one, that cannot be built or of another method is brought to its end.
+/// Prepares a row's next simulation. Ends a row that has none, cannot be built, or uses another method.
 fn made_ready(source: &mut dyn JobSource, row: u64, mut job: RowJob) -> Option<Ready> {
     let begin = Instant::now();
     while let Some(scene) = job.scene() {

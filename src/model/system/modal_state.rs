@@ -235,8 +235,7 @@ impl ModalState {
         }
     }
 
-    /// Brings the modes to time `t`, those of slower groups where they would not last until the next rebase, and writes the free motion of
-    /// the
+    /// Brings the modes to time `t` (slower groups only if they would not last until the next rebase), and writes the free motion of the
     /// points from there.
     #[inline(always)]
     fn rebase_points<W: Number, Q: Number>(&mut self, condensation: &Condensation, t: f64, z: &[f64]) {

@@ -74,8 +74,8 @@ impl Casting {
         }
     }
 
-    /// Sum of `b b'` over (heave, tx, ty), rotations scaled by the largest offset. The size of stiffnesses does not decide what is held,
-    /// and beside one of 1e25 N/m rounding would hide what the others hold.
+    /// Sum of `b b'` over (heave, tx, ty), rotations scaled by the largest offset. Stiffnesses are left out: they do not decide which
+    /// motions are held, and a stiffness of 1e25 N/m would hide the others by rounding.
     fn hold(&self) -> [[f64; 3]; 3] {
         let length = self
             .fixtures

@@ -50,7 +50,7 @@ pub struct Machine {
 enum AllModes {
     /// The one that rows run on.
     Same,
-    /// One of the built-in station with more fixed-interface modes, made when it is first asked for.
+    /// Built-in station with more fixed-interface modes, reduced on first use.
     Station(Box<ReductionSettings>, Box<OnceLock<Result<ReducedStructure, String>>>),
 }
 

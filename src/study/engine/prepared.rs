@@ -44,7 +44,7 @@ pub trait RowRunner: Sync {
     fn depends_on_factors_alone(&self) -> bool {
         true
     }
-    /// Runs rows on one thread until there are no more, with the outcomes that [`RowRunner::outcome`] gives; here one after the other.
+    /// Runs rows on one thread until there are no more, one after the other, with the outcomes of [`RowRunner::outcome`].
     fn run(&self, rows: &mut dyn RowSource) {
         run_one_by_one(rows, |row| self.outcome(row as usize));
     }

@@ -252,7 +252,7 @@ fn an_estimator_without_sobol_indices_and_rows_analysed_as_any_anyway_are_refuse
         (
             &random,
             &["--estimator", "jansen"][..],
-            "`jansen` is one of Sobol' indices, which these rows do not have: they are not",
+            "`jansen` is one of Sobol' indices, which these rows do not have: they do not",
         ),
         (&random, &["--estimator", "salib"], "run a `saltelli` design"),
         (&random, &["--given"], "leave `given` out"),

@@ -246,7 +246,7 @@ fn few_values_and_names_that_no_row_has_are_told() {
             .collect()
     };
     let told: Vec<String> = notes(&grid);
-    assert!(told.len() == 1 && told[0].contains("few values of `position` (5), `pressure` (4): "), "{told:?}");
+    assert!(told.len() == 1 && told[0].contains("few values of `position` (5), `pressure` (4). "), "{told:?}");
     assert!(text(&grid.surrogate(&["--outputs", "delivered_work_j"]).stdout).contains(&told[0]));
     let mut report = decore();
     report.current_dir(grid.scratch.path()).args(["report", "out", "--html", "page.html"]);
