@@ -4,22 +4,35 @@ use indexmap::IndexMap;
 use serde::Serialize;
 
 use super::elastic::CastingStructureEntry;
+use super::pad::{Pad, PadMaterial};
 use crate::parameter::parameters;
 
 parameters! {
     /// Spring and damper between a point of a casting and a node of the structure; one-sided, a pad on which the casting lies; with a
     /// force, a clamp.
     #[derive(Serialize)]
-    pub struct Fixture from FixtureEntry {
+    pub struct Fixture from FixtureEntry with Pad {
         own {
             /// Name as in the study.
             pub name: String,
             /// Interface point of the structure that carries it.
             pub point: String,
+            /// Pad from which its stiffness and damping follow, if the study states one.
+            #[serde(skip_serializing_if = "Option::is_none")]
+            pub pad: Option<Pad>,
         }
         typed {
             /// Interface point that carries it.
             pub point: String,
+            /// As in [`Pad`].
+            #[serde(skip_serializing_if = "Option::is_none")]
+            pub material: Option<PadMaterial>,
+            /// As in [`Pad`].
+            #[serde(skip_serializing_if = "Option::is_none")]
+            pub pad_area_m2: Option<f64>,
+            /// As in [`Pad`].
+            #[serde(skip_serializing_if = "Option::is_none")]
+            pub pad_thickness_m: Option<f64>,
         }
         /// Where it holds the casting, x and y from the casting's centre of mass.
         pub at_m: [f64; 2], "m", [finite] usual [-10, 10], "default: above its interface point";
