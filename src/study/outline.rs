@@ -27,6 +27,8 @@ pub struct DesignOutline {
     pub correlated: Vec<String>,
     /// The casting that each hammer strikes, by the hammer's name; without those that strike the only one.
     pub strikes: BTreeMap<String, String>,
+    /// Dose at which a core is out, `outputs.core_wanted_dose`, unless a factor drives it.
+    pub core_wanted_dose: Option<f64>,
 }
 
 /// A factor as the text describes it.
@@ -40,6 +42,8 @@ pub struct FactorOutline {
     pub expression: Option<String>,
     /// Paths of the parameters that have its value, by segments.
     pub drives: Vec<Vec<String>>,
+    /// Paths of the parameters that have its value times a factor, plus an offset.
+    pub links: Vec<Vec<String>>,
     /// The values that it chooses from; empty for a range.
     pub values: Vec<Value>,
     /// The ends that the study gives it; `None` where it gives none.
@@ -65,8 +69,18 @@ impl DesignOutline {
             let at = ["design".to_owned()];
             StudyError::one(Problem::new(document.locate(&at), format!("design.{key}"), message))
         })?;
+        let outputs = tree.get("outputs").and_then(|outputs| outputs.get("core_wanted_dose"));
+        let wanted = outputs.and_then(|dose| dose.as_float().or_else(|| dose.as_integer().map(|dose| dose as f64)));
         let strikes = strikes(tree.get("hammer"));
-        Ok(Self::of(entry.unwrap_or_default(), strikes))
+        let mut outline = Self::of(entry.unwrap_or_default(), strikes);
+        outline.core_wanted_dose = wanted.filter(|_| outline.mover(&["outputs", "core_wanted_dose"]).is_none());
+        Ok(outline)
+    }
+
+    /// The factor on which the parameter of this path, by segments, depends, by a link or not.
+    pub fn mover(&self, path: &[&str]) -> Option<&FactorOutline> {
+        let moves = |factor: &&FactorOutline| factor.drives.iter().chain(&factor.links).any(|driven| driven == path);
+        self.factors.iter().find(moves)
     }
 
     /// The factor that the parameter of this path, by segments, has its value from.
@@ -77,6 +91,7 @@ impl DesignOutline {
     fn of(entry: DesignEntry, strikes: BTreeMap<String, String>) -> Self {
         Self {
             strikes,
+            core_wanted_dose: None,
             design: entry.kind.unwrap_or_default().of(&entry.as_part().options()).ok(),
             constraints: entry.constraints,
             correlated: entry.correlation.map(|correlation| correlation.factors).unwrap_or_default(),
@@ -89,6 +104,7 @@ impl DesignOutline {
                     drives: (factor.path.iter().chain(factor.paths.iter().flatten()))
                         .filter_map(|path| path::split(path).ok())
                         .collect(),
+                    links: factor.link.iter().filter_map(|link| path::split(&link.path).ok()).collect(),
                     expression: factor.expression,
                     values: factor.values.unwrap_or_default(),
                     range: factor.range,
