@@ -27,6 +27,8 @@ pub struct DesignOutline {
     pub correlated: Vec<String>,
     /// The casting that each hammer strikes, by the hammer's name; without those that strike the only one.
     pub strikes: BTreeMap<String, String>,
+    /// Sand and binder of the cores of each casting that states one, by the casting's name.
+    pub sand_binders: BTreeMap<String, String>,
     /// Dose at which a core is out, `outputs.core_wanted_dose`, unless a factor drives it.
     pub core_wanted_dose: Option<f64>,
 }
@@ -71,8 +73,10 @@ impl DesignOutline {
         })?;
         let outputs = tree.get("outputs").and_then(|outputs| outputs.get("core_wanted_dose"));
         let wanted = outputs.and_then(|dose| dose.as_float().or_else(|| dose.as_integer().map(|dose| dose as f64)));
-        let strikes = strikes(tree.get("hammer"));
+        let strikes = texts(tree.get("hammer"), "casting");
+        let sand_binders = texts(tree.get("casting"), "sand_binder");
         let mut outline = Self::of(entry.unwrap_or_default(), strikes);
+        outline.sand_binders = sand_binders;
         outline.core_wanted_dose = wanted.filter(|_| outline.mover(&["outputs", "core_wanted_dose"]).is_none());
         Ok(outline)
     }
@@ -92,6 +96,7 @@ impl DesignOutline {
         Self {
             strikes,
             core_wanted_dose: None,
+            sand_binders: BTreeMap::new(),
             design: entry.kind.unwrap_or_default().of(&entry.as_part().options()).ok(),
             constraints: entry.constraints,
             correlated: entry.correlation.map(|correlation| correlation.factors).unwrap_or_default(),
@@ -115,10 +120,10 @@ impl DesignOutline {
     }
 }
 
-/// The castings that the table of hammers names.
-fn strikes(hammers: Option<&toml::Value>) -> BTreeMap<String, String> {
-    let named = |(name, hammer): (&String, &toml::Value)| {
-        Some((name.clone(), hammer.get("casting").and_then(toml::Value::as_str)?.to_owned()))
+/// The texts that the entries of a table state by a key, by the names of the entries.
+fn texts(entries: Option<&toml::Value>, key: &str) -> BTreeMap<String, String> {
+    let named = |(name, entry): (&String, &toml::Value)| {
+        Some((name.clone(), entry.get(key).and_then(toml::Value::as_str)?.to_owned()))
     };
-    hammers.and_then(toml::Value::as_table).into_iter().flatten().filter_map(named).collect()
+    entries.and_then(toml::Value::as_table).into_iter().flatten().filter_map(named).collect()
 }

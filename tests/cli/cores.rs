@@ -162,3 +162,87 @@ fn datasets_need_doses() {
     let driven = Cores::new(&format!("{STUDY}{driven}")).refused(text);
     assert!(driven.contains("factor `reference` drives `outputs.core_dose_reference_m_s`"), "{driven}");
 }
+
+/// The table for predictors has the figures of core points, and groups by sand and binder, which a factor can choose.
+#[test]
+fn features_of_cores() {
+    let binder = "[design.factor.binder]\npath = \"casting.part.sand_binder\"\nvalues = [\"cold box\", \"furan\"]\n";
+    let stated = STUDY.replace("mass_kg = 3.0", "mass_kg = 3.0\nsand_binder = \"shell\"");
+    let cores = Cores::new(&format!("{stated}{binder}"));
+    let export = |folder: &str, more: &[&str]| {
+        let output = cores.decore(&[&["export", "rows", "--features", folder, "--format", "csv"], more].concat());
+        assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
+        let path = cores.path(folder).join("features.csv");
+        let read = |name: &str| {
+            let rows = decore_study::column_rows(&path, &[name]).unwrap_or_else(|error| panic!("{error}"));
+            rows.into_iter().map(|row| row.cells[0].clone()).collect::<Vec<_>>()
+        };
+        let names =
+            ["sand_binder", "group_sand_binder", "group_id", "core_far_dose_98hz_10khz", "core_near_dose_98hz_10khz"];
+        (names.map(read), read("least_core_dose_98hz_10khz"))
+    };
+    let ([binders, numbers, ids, far, near], least) = export("features", &[]);
+    assert_eq!(binders.len(), 8);
+    let number = |text: &String| text.parse::<f64>().unwrap();
+    for row in 0..8 {
+        let other = (0..8).find(|other| binders[*other] != binders[row]).unwrap();
+        assert!(["cold box", "furan"].contains(&binders[row].as_str()) && numbers[row] != numbers[other]);
+        assert_eq!(number(&least[row]), number(&far[row]).min(number(&near[row])));
+    }
+    let courses = ["far", "near"].map(|core| cores.courses(core).into_iter().map(|[dose, _]| dose).collect::<Vec<_>>());
+    assert_eq!([far, near].map(|doses| doses.iter().map(number).collect::<Vec<_>>()), courses);
+    assert!(ids.iter().any(|id| *id != numbers[0]), "binders bind rows only on request: {ids:?}");
+    let ([_, numbers, ids, ..], _) = export("bound", &["--group-by", "sand_binder"]);
+    assert_eq!(ids, numbers);
+    // A binder changes no row.
+    let doses =
+        |binder: &str| (0..8).filter(|row| binders[*row] == binder).map(|row| courses[0][row]).collect::<Vec<_>>();
+    assert_eq!(doses("cold box"), doses("furan"));
+    let fixed = Cores::new(&stated);
+    let output = fixed.decore(&["export", "rows", "--features", "f", "--format", "csv"]);
+    assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
+    let rows = decore_study::column_rows(&fixed.path("f/features.csv"), &["sand_binder"]).unwrap();
+    assert!(rows.len() == 4 && rows.iter().all(|row| row.cells == ["shell"]), "{rows:?}");
+}
+
+/// The page of a row marks when its pads are lifted off: together as long as the outputs say.
+#[test]
+fn pages_mark_lift_offs() {
+    let pad = |name: &str, [x, y]: [f64; 2]| {
+        format!(
+            "[casting.part.fixture.{name}]\npoint = \"T5\"\nat_m = [{x}, {y}]\none_sided = true\nmaterial = \"steel\"\npad_area_m2 = 3e-4\npad_thickness_m = 0.02\n"
+        )
+    };
+    let pads = [("a", [-0.08, -0.04]), ("b", [0.08, -0.04]), ("c", [-0.08, 0.04]), ("d", [0.08, 0.04])];
+    let pads: String = pads.into_iter().map(|(name, at)| pad(name, at)).collect();
+    let study = format!(
+        "duration_s = 0.3\ngeometry = \"as_given\"\n[structure]\ncutoff_hz = 300.0\n[hammer.left]\nmount = \"R5\"\n[casting.part]\n\
+         mass_kg = 12.0\ninertia_kg_m2 = [0.02, 0.05]\n{pads}[casting.part.fixture.clamp]\npoint = \"T5\"\nat_m = [0.0, 0.0]\nclamp_force_n = 1500.0\n"
+    );
+    let scratch = TempDir::new().unwrap();
+    fs::write(scratch.path().join("study.toml"), study).unwrap();
+    let mut command = Command::new(env!("CARGO_BIN_EXE_decore"));
+    let output =
+        command.args(["scene", "study.toml", "--html", "row.html"]).current_dir(scratch.path()).output().unwrap();
+    assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
+    let page = fs::read_to_string(scratch.path().join("row.html")).unwrap();
+    let meta = page.split_once("id=\"meta\">").and_then(|(_, rest)| rest.split_once("</script>")).unwrap().0;
+    let meta: Json = serde_json::from_str(meta).unwrap();
+    let outputs = meta["outputs"].as_array().unwrap();
+    let lifted = meta["lifted"].as_array().unwrap();
+    assert_eq!(lifted.len(), 4, "the clamp is no pad");
+    for (pad, name) in lifted.iter().zip(["a", "b", "c", "d"]) {
+        let output = |quantity: &str| {
+            let of = format!("fixture {name} of casting part");
+            let found =
+                outputs.iter().find(|output| output["of"] == of.as_str() && output["name"] == quantity).unwrap();
+            found["value"].as_str().unwrap().parse::<f64>().unwrap()
+        };
+        let spans = pad["spans_s"].as_array().unwrap();
+        let (count, interval_s) = (output("lift_off_count"), number(&meta["interval_s"]));
+        assert!(count > 0.0 && spans.len() as f64 <= count && !spans.is_empty(), "{count} {spans:?}");
+        let long: f64 = spans.iter().map(|span| number(&span[1]) - number(&span[0])).sum();
+        let expected = 0.3 * output("lifted_off_share");
+        assert!((long - expected).abs() <= 2.0 * interval_s * count, "{long} {expected}");
+    }
+}

@@ -12,6 +12,7 @@
 //! What needs time signals (the casting's acceleration, root mean squares of its velocity in bands) is in the table for the runs
 //! of which the study keeps the means of that velocity; a dataset without them has no such columns.
 
+mod binders;
 mod card;
 mod column;
 mod croissant;

@@ -103,6 +103,9 @@ parameters! {
             /// Core points by name.
             #[serde(default, skip_serializing_if = "IndexMap::is_empty")]
             pub core: IndexMap<String, CorePointEntry>,
+            /// Sand and binder of its cores in your words, e.g. `cold box, 0.8 %`. It changes no row: `decore export` groups rows by it.
+            #[serde(default, skip_serializing_if = "Option::is_none")]
+            pub sand_binder: Option<String>,
             /// Finite element model of an elastic casting. Default: the casting is rigid.
             #[serde(skip_serializing_if = "Option::is_none")]
             pub structure: Option<CastingStructureEntry>,
