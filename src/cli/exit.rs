@@ -12,6 +12,7 @@ use decore_dataset::DatasetError;
 use decore_files::Staged;
 use decore_lab::best::BestError;
 use decore_lab::comparison::ComparisonError;
+use decore_lab::cores::CoresError;
 use decore_lab::features::FeaturesError;
 use decore_lab::refinement::RefinementError;
 use decore_lab::sensitivity::SensitivityError;
@@ -72,6 +73,8 @@ pub(crate) enum Failure {
     #[error("{0}")]
     Best(BestError),
     #[error("{0}")]
+    Cores(CoresError),
+    #[error("{0}")]
     Page(PageError),
     #[error("{0}")]
     Paper(#[from] PaperError),
@@ -119,6 +122,7 @@ impl Failure {
             Self::Features(_)
             | Self::Refinement(_)
             | Self::Best(_)
+            | Self::Cores(_)
             | Self::Paper(_)
             | Self::Threads(_)
             | Self::Argument(_) => Exit::BadInput,
@@ -142,6 +146,15 @@ impl From<BestError> for Failure {
             BestError::Study(error) => Self::Study(error),
             BestError::Surrogate(error) => error.into(),
             other => Self::Best(other),
+        }
+    }
+}
+
+impl From<CoresError> for Failure {
+    fn from(error: CoresError) -> Self {
+        match error {
+            CoresError::Dataset(error) => Self::Dataset(error),
+            other => Self::Cores(other),
         }
     }
 }

@@ -13,6 +13,7 @@ mod check_result;
 mod cluster;
 mod compare;
 mod completions;
+mod cores;
 mod design;
 mod exit;
 mod export;
@@ -107,6 +108,8 @@ enum Command {
     Refine(refine::RefineArguments),
     /// Find the best values for the study's goal, and prove them by runs.
     Best(best::BestArguments),
+    /// Find the dose at which cores are out from tests, and the time until the cores of each row are out.
+    Cores(cores::CoresArguments),
     /// Compare two datasets: rows matched by their factors, outputs beyond their scatter listed.
     Compare(compare::CompareArguments),
     /// Write a dataset as a flat table that predictors are trained on, with its dictionary.
@@ -174,6 +177,7 @@ fn execute(command: Command) -> Result<Exit, Failure> {
         Command::Predict(arguments) => surrogate::predict(&arguments),
         Command::Refine(arguments) => refine::refine(&arguments),
         Command::Best(arguments) => best::best(&arguments),
+        Command::Cores(arguments) => cores::cores(&arguments),
         Command::Compare(arguments) => compare::compare(&arguments),
         Command::Export(arguments) => export::export(&arguments),
         Command::Merge(arguments) => merge::merge(&arguments),

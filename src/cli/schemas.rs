@@ -13,6 +13,7 @@ use super::written::Written;
 use crate::paper::PaperComparison;
 use decore_lab::best::Answer;
 use decore_lab::comparison::Comparison;
+use decore_lab::cores::CoreTests;
 use decore_lab::refinement::Progress;
 use decore_lab::report::Report;
 use decore_lab::sensitivity::Sensitivity;
@@ -26,6 +27,7 @@ pub fn output_schemas() -> Vec<(&'static str, Value)> {
         ("best", schema::<Answer>("best")),
         ("check", schema::<Check>("check")),
         ("comparison", schema::<Comparison>("comparison")),
+        ("cores", schema::<CoreTests>("cores")),
         ("mobility", schema::<MeasuredReport>("mobility")),
         ("paper", schema::<PaperComparison>("paper")),
         ("refinement", schema::<Progress>("refinement")),

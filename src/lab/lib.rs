@@ -2,6 +2,7 @@
 //!
 //! - [`best`]: best values of the factors within limits, and their confidence.
 //! - [`report`]: summary of a dataset.
+//! - [`cores`]: when cores are out, from tests of cores.
 //! - [`comparison`]: differences between two datasets.
 //! - [`sensitivity`]: influence of each factor on each output.
 //! - [`surrogate`]: models that predict rows without running them.
@@ -14,6 +15,8 @@
 #[allow(clippy::disallowed_methods)]
 pub mod best;
 pub mod comparison;
+#[allow(clippy::disallowed_methods)]
+pub mod cores;
 pub mod features;
 #[allow(clippy::disallowed_methods)]
 pub mod measurement;

@@ -8,7 +8,7 @@ const STYLE: &str = include_str!("../assets/pages/page.css");
 /// Script that all pages share.
 const SHARED: &str = include_str!("../assets/pages/page.js");
 /// Scripts of the page of a dataset, in the order in which they stand in it.
-const DATASET: [&str; 11] = [
+const DATASET: [&str; 13] = [
     include_str!("../assets/pages/table.js"),
     include_str!("../assets/pages/linked.js"),
     include_str!("../assets/pages/effects.js"),
@@ -19,11 +19,14 @@ const DATASET: [&str; 11] = [
     include_str!("../assets/pages/contours.js"),
     include_str!("../assets/pages/compare.js"),
     include_str!("../assets/pages/answer.js"),
+    include_str!("../assets/pages/shock.js"),
+    include_str!("../assets/pages/shocks.js"),
     include_str!("../assets/pages/report.js"),
 ];
 /// Scripts of the page of a row.
-const SCENE: [&str; 4] = [
+const SCENE: [&str; 5] = [
     include_str!("../assets/pages/signals.js"),
+    include_str!("../assets/pages/shock.js"),
     include_str!("../assets/pages/traces.js"),
     include_str!("../assets/pages/mechanism.js"),
     include_str!("../assets/pages/scene.js"),

@@ -10,8 +10,8 @@ use super::samples::{Samples, Scale};
 use decore_dataset::DatasetInfo;
 use decore_model::hammer::HammerParameters;
 use decore_model::metrics::{
-    Blow, CastingMetrics, CoreMetrics, CoreSpectrum, CoreTotals, HammerMetrics, HammerSignals, PadMetrics, Phase,
-    RunTotals, Signal, SignalOf, spectrum_frequencies_hz,
+    Blow, CastingMetrics, CoreMetrics, CoreSpectrum, CoreTotals, FixtureSignals, HammerMetrics, HammerSignals,
+    PadMetrics, Phase, RunTotals, Signal, SignalOf, spectrum_frequencies_hz,
 };
 use decore_model::run::RowOutcome;
 use decore_model::scene::{HammerUnit, Scene};
@@ -26,6 +26,8 @@ const MOST_VALUES: f64 = 1.6e7;
 const MOST_FREQUENCY_HZ: f64 = 1000.0;
 /// Least samples that a spectrum is taken of.
 const LEAST_SAMPLES: usize = 64;
+/// Share of its force at rest below which a pad carries nothing.
+const NOTHING: f64 = 1e-6;
 /// Signals that have spectra.
 const WITH_SPECTRA: [&str; 3] = [
     HammerSignals::arm_velocity_m_s.name,
@@ -103,7 +105,17 @@ struct Meta<'a> {
     outputs: Vec<Output>,
     spectra: Vec<Spectra<'a>>,
     shocks: Shocks,
+    lifted: Vec<Lifted>,
     measured: Vec<Curve<'a>>,
+}
+
+/// Times during which a pad carries nothing, to the interval of the signals.
+#[derive(Serialize)]
+struct Lifted {
+    casting: usize,
+    fixture: usize,
+    /// Begin and end of each lift-off, s.
+    spans_s: Vec<[f64; 2]>,
 }
 
 /// Shock spectra of the core points.
@@ -282,9 +294,39 @@ pub fn scene_page(view: &SceneView<'_>) -> Result<String, PageError> {
         outputs: outputs(view),
         spectra,
         shocks: shocks(view),
+        lifted: lifted(view),
         measured,
     };
     Ok(page(&title, Scripts::Scene, &meta, &data.deflated()?)?)
+}
+
+/// Lift-offs of the pads, by the signals of their forces, which are 0 at rest.
+fn lifted(view: &SceneView<'_>) -> Vec<Lifted> {
+    let pads = view.scene.fixtures().filter(|(_, fixture)| fixture.one_sided);
+    let outputs = view.outcome.metrics.iter().flat_map(|metrics| &metrics.pads);
+    let spans = |(casting, fixture): (usize, usize), rest_force_n: f64| {
+        let is_it = |signal: &&Signal| {
+            signal.of == SignalOf::Fixture(casting, fixture) && signal.quantity == FixtureSignals::force_n.name
+        };
+        let force = view.signals.iter().find(is_it).map_or(&[][..], |signal| &signal.values);
+        let is_off = |force: &f64| force + rest_force_n <= NOTHING * rest_force_n;
+        let mut spans = Vec::new();
+        let mut first = 0;
+        for run in force.chunk_by(|a, b| is_off(a) == is_off(b)) {
+            if run.first().is_some_and(is_off) {
+                spans.push([first, first + run.len() - 1].map(|at| view.interval_s * at as f64));
+            }
+            first += run.len();
+        }
+        spans
+    };
+    pads.zip(outputs)
+        .map(|((id, _), pad)| Lifted {
+            casting: id.casting,
+            fixture: id.fixture,
+            spans_s: spans((id.casting, id.fixture), pad.rest_force_n),
+        })
+        .collect()
 }
 
 fn shocks(view: &SceneView<'_>) -> Shocks {

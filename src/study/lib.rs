@@ -37,7 +37,7 @@ pub use goal::{Goal, Limit};
 pub use loaded::Study;
 pub use outline::{DesignOutline, FactorOutline};
 pub use plan::factor::FactorInfo;
-pub use plan::table::{TableRow, column_rows, factor_rows};
+pub use plan::table::{TableRow, column_names, column_rows, factor_rows, sparse_rows};
 pub use resolve::placement::PointTable;
 pub use resolve::structure::{CastingModel, StructureSettings, StructureSource, load_structure};
 pub use schema::{hammer_file, hammer_schema, study_schema};

@@ -26,6 +26,10 @@ pub struct DesignOutline {
     pub correlated: Vec<String>,
     /// The casting that each hammer strikes, by the hammer's name; without those that strike the only one.
     pub strikes: BTreeMap<String, String>,
+    /// Sand and binder of the cores of each casting that states one, by the casting's name.
+    pub sand_binders: BTreeMap<String, String>,
+    /// Dose at which a core is out, `outputs.core_wanted_dose`, unless a factor drives it.
+    pub core_wanted_dose: Option<f64>,
 }
 
 /// A factor as the text describes it.
@@ -39,6 +43,8 @@ pub struct FactorOutline {
     pub expression: Option<String>,
     /// Paths of the parameters that have its value, by segments.
     pub drives: Vec<Vec<String>>,
+    /// Paths of the parameters that have its value times a factor, plus an offset.
+    pub links: Vec<Vec<String>>,
     /// The values that it chooses from; empty for a range.
     pub values: Vec<Value>,
     /// The ends that the study gives it; `None` if it gives none.
@@ -64,8 +70,20 @@ impl DesignOutline {
             let at = ["design".to_owned()];
             StudyError::one(Problem::new(document.locate(&at), format!("design.{key}"), message))
         })?;
-        let strikes = strikes(tree.get("hammer"));
-        Ok(Self::of(entry.unwrap_or_default(), strikes))
+        let outputs = tree.get("outputs").and_then(|outputs| outputs.get("core_wanted_dose"));
+        let wanted = outputs.and_then(|dose| dose.as_float().or_else(|| dose.as_integer().map(|dose| dose as f64)));
+        let strikes = texts(tree.get("hammer"), "casting");
+        let sand_binders = texts(tree.get("casting"), "sand_binder");
+        let mut outline = Self::of(entry.unwrap_or_default(), strikes);
+        outline.sand_binders = sand_binders;
+        outline.core_wanted_dose = wanted.filter(|_| outline.mover(&["outputs", "core_wanted_dose"]).is_none());
+        Ok(outline)
+    }
+
+    /// The factor on which the parameter of this path, by segments, depends, by a link or not.
+    pub fn mover(&self, path: &[&str]) -> Option<&FactorOutline> {
+        let moves = |factor: &&FactorOutline| factor.drives.iter().chain(&factor.links).any(|driven| driven == path);
+        self.factors.iter().find(moves)
     }
 
     /// The factor that the parameter of this path, by segments, has its value from.
@@ -76,6 +94,8 @@ impl DesignOutline {
     fn of(entry: DesignEntry, strikes: BTreeMap<String, String>) -> Self {
         Self {
             strikes,
+            core_wanted_dose: None,
+            sand_binders: BTreeMap::new(),
             design: entry.kind.unwrap_or_default().of(&entry.as_part().options()).ok(),
             constraints: entry.constraints,
             correlated: entry.correlation.map(|correlation| correlation.factors).unwrap_or_default(),
@@ -88,6 +108,7 @@ impl DesignOutline {
                     drives: (factor.path.iter().chain(factor.paths.iter().flatten()))
                         .filter_map(|path| path::split(path).ok())
                         .collect(),
+                    links: factor.link.iter().filter_map(|link| path::split(&link.path).ok()).collect(),
                     expression: factor.expression,
                     values: factor.values.unwrap_or_default(),
                     range: factor.range,
@@ -98,10 +119,10 @@ impl DesignOutline {
     }
 }
 
-/// The castings that the table of hammers names.
-fn strikes(hammers: Option<&toml::Value>) -> BTreeMap<String, String> {
-    let named = |(name, hammer): (&String, &toml::Value)| {
-        Some((name.clone(), hammer.get("casting").and_then(toml::Value::as_str)?.to_owned()))
+/// The texts that the entries of a table state by a key, by the names of the entries.
+fn texts(entries: Option<&toml::Value>, key: &str) -> BTreeMap<String, String> {
+    let named = |(name, entry): (&String, &toml::Value)| {
+        Some((name.clone(), entry.get(key).and_then(toml::Value::as_str)?.to_owned()))
     };
-    hammers.and_then(toml::Value::as_table).into_iter().flatten().filter_map(named).collect()
+    entries.and_then(toml::Value::as_table).into_iter().flatten().filter_map(named).collect()
 }

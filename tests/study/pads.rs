@@ -119,3 +119,92 @@ fn castings_that_cannot_stay() {
     let driven = reason(&format!("{}{design}", study("")));
     assert!(driven.contains("shared by all rows"), "{driven}");
 }
+
+/// Stiffness and damping of a material by hand: PU of 22 MPa (the paper, Table 1), steel of 210 GPa behind a surface of 1e11 N/m3.
+#[test]
+fn materials_of_pads() {
+    let folder = TempDir::new().unwrap();
+    let pads = |material: &str| {
+        study(&clamps(2000.0)).replace(
+            "stiffness_n_per_m = 3e7\n",
+            &format!("material = \"{material}\"\npad_area_m2 = 1.5e-3\npad_thickness_m = 0.02\n"),
+        )
+    };
+    let spring = |material: &str| {
+        let text = pads(material);
+        fs::write(folder.path().join("study.toml"), text).unwrap();
+        let study = Study::load(&folder.path().join("study.toml")).unwrap_or_else(|error| panic!("{error}"));
+        Engine::new(study).unwrap().scene(0).unwrap().scene.castings[0].fixtures[0].spring()
+    };
+    let steel_n_per_m = 1.5e-3 / (0.02 / 2.1e11 + 1e-11);
+    for (material, stiffness_n_per_m, loss, hz) in [
+        ("polyurethane", 1.5e-3 * 22e6 / 0.02, 0.2, 100.0),
+        ("rubber", 1.5e-3 * 3.6e6 / 0.02, 0.1, 100.0),
+        ("steel", steel_n_per_m, 0.04, 1000.0),
+        ("aluminium", 1.5e-3 / (0.02 / 7e10 + 1e-11), 0.04, 1000.0),
+    ] {
+        let [stiffness, damping] = spring(material);
+        assert!((stiffness / stiffness_n_per_m - 1.0).abs() < 1e-12, "{material}: {stiffness}");
+        let damping_n_s_per_m = stiffness_n_per_m * loss / (std::f64::consts::TAU * hz);
+        assert!((damping / damping_n_s_per_m - 1.0).abs() < 1e-12, "{material}: {damping}");
+    }
+    // The material as a factor: rows are those of the same stiffness and damping stated as numbers.
+    let design = |key: &str, values: &str| {
+        let paths: Vec<String> =
+            ["a", "b", "c", "d"].iter().map(|pad| format!("\"casting.part.fixture.{pad}.{key}\"")).collect();
+        format!(
+            "[design]\nkind = \"full_factorial\"\n[design.factor.f]\npaths = [{}]\nvalues = {values}\n",
+            paths.join(", ")
+        )
+    };
+    let short = |text: String| text.replace("duration_s = 0.4", "duration_s = 0.1");
+    let rows =
+        engine(&short(pads("rubber") + &design("material", "[\"steel\", \"polyurethane\"]")), folder.path()).unwrap();
+    let [steel, soft] = [0, 1].map(|row| rows.outcome(row).metrics.unwrap().pads[0].largest_force_n);
+    assert!(steel > 2.0 * soft, "{steel} {soft}");
+    let [stiffness, damping] = spring("steel");
+    let stated = study(&clamps(2000.0)).replace(
+        "stiffness_n_per_m = 3e7\n",
+        &format!("stiffness_n_per_m = {stiffness:?}\ndamping_n_s_per_m = {damping:?}\n"),
+    );
+    assert_eq!(metrics(&short(stated)).pads[0].largest_force_n, steel);
+    let areas = engine(&(pads("rubber") + &design("pad_area_m2", "[1e-3, 2e-3]")), folder.path()).unwrap();
+    let stiffness = [0, 1].map(|row| areas.scene(row).unwrap().scene.castings[0].fixtures[3].spring()[0]);
+    assert_eq!(stiffness[1], 2.0 * stiffness[0]);
+}
+
+/// A material that contradicts another key is an error at its key.
+#[test]
+fn materials_of_pads_are_not_half_stated() {
+    let pads = study("")
+        .replace("stiffness_n_per_m = 3e7\n", "material = \"rubber\"\npad_area_m2 = 1e-3\npad_thickness_m = 0.02\n");
+    let error = |old: &str, new: &str| {
+        assert!(pads.contains(old));
+        let folder = TempDir::new().unwrap();
+        engine(&pads.replacen(old, new, 1), folder.path()).err().unwrap_or_default()
+    };
+    let at = "casting.part.fixture.a";
+    for (old, new, key, text) in [
+        (
+            "one_sided",
+            "stiffness_n_per_m = 1e6\none_sided",
+            "stiffness_n_per_m",
+            "remove either `stiffness_n_per_m` or `material`",
+        ),
+        (
+            "one_sided",
+            "damping_n_s_per_m = 10.0\none_sided",
+            "damping_n_s_per_m",
+            "follows from `material = \"rubber\"`",
+        ),
+        ("pad_area_m2 = 1e-3\n", "", "material", "needs `pad_area_m2` and `pad_thickness_m`"),
+        ("material = \"rubber\"\n", "", "pad_area_m2", "needs the `material`"),
+        ("rubber", "wood", "material", "expected: one of \"steel\", \"aluminium\", \"polyurethane\", \"rubber\""),
+        ("pad_thickness_m = 0.02", "pad_thickness_m = 0.0", "pad_thickness_m", "expected a positive number"),
+        ("one_sided = true", "clamp_force_n = 100.0", "material", "needs no `clamp_force_n`"),
+        ("pad_area_m2 = 1e-3", "pad_area_m2 = 1e15", "pad_area_m2", "too stiff"),
+    ] {
+        let found = error(old, new);
+        assert!(found.contains(&format!("{at}.{key}")) && found.contains(text), "{found}");
+    }
+}

@@ -281,6 +281,7 @@ setTimeout(() => {
   sensitivitySection();
   modelsSection();
   fronts();
+  shockSection();
   ending();
   performance.mark('decore-whole');
   // What lies under a selection is made ready before the first one.

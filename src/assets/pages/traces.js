@@ -1,7 +1,5 @@
 // Plots over one time axis, which they share with the mechanism, and spectra.
 
-const CURVES = ['#2f76c9', '#c8590a', '#2a7f62', '#8a4fa3', '#b23a48', '#7a6a00', '#2c8fae', '#55606e'];
-const DASHES = [[], [6, 3], [2, 2], [8, 2, 2, 2], [1, 3], [10, 4], [4, 4]];
 /** How blows are marked, by kind: colour, shape of the mark. */
 const MARKS = { first_impact: ['#b23a48', 'square'], stroke_impact: ['#b23a48', 'square'], settling: ['#c9a227', 'down'], periodic: ['#2a7f62', 'down'], blank: ['#55606e', 'cross'] };
 
@@ -35,19 +33,6 @@ class View {
 /** A time in the unit that suits it. */
 function timeText(time) { return `${(1000 * time).toFixed(3)} ms`; }
 
-/** Entries of a legend as rows that fit a width: [{ x, row, entry }], number of rows. */
-function legendRows(entries, width) {
-  let [x, row] = [0, 0];
-  const placed = entries.map((entry) => {
-    const room = 38 + 6.2 * entry.name.length;
-    if (x && x + room > width) [x, row] = [0, row + 1];
-    const at = { x, row, entry };
-    x += room;
-    return at;
-  });
-  return { placed, rows: entries.length ? row + 1 : 0 };
-}
-
 /** A mark of a blow with its point or middle at (x, y). */
 function blowMark(painter, kind, x, y) {
   const [color, shape] = MARKS[kind];
@@ -56,39 +41,43 @@ function blowMark(painter, kind, x, y) {
   else { painter.line([x - 4, y - 4, x + 4, y + 4], { color, width: 1.6 }); painter.line([x - 4, y + 4, x + 4, y - 4], { color, width: 1.6 }); }
 }
 
-/** Draws an entry of a legend: the sample of a line or the mark of a blow, and its name. */
-function legendEntry(painter, box, { x, row, entry }) {
-  const [left, y] = [box.left + x, 9 + 17 * row];
-  if (entry.kind) blowMark(painter, entry.kind, left + 9, y);
-  else painter.line([left, y, left + 18, y], { color: entry.color, dash: entry.dash, width: 2 });
-  painter.text(entry.name, left + 23, y, { color: SOFT });
-}
-
 /** Marks a measured sample that stands out by itself: a ring around it. */
 function spikeMark(painter, x, y, color) {
   const ring = Array.from({ length: 13 }, (_, k) => [x + 5 * Math.cos(k * Math.PI / 6), y + 5 * Math.sin(k * Math.PI / 6)]);
   painter.line(ring.flat(), { color, width: 1.2 });
 }
 
+/** Pixels that a row of bars of lift-offs takes. */
+const BAR = 6;
+
+/** Bars over the times in a view at which a pad carries nothing; what is shorter than a pixel has one. */
+function liftedBars(painter, { color, spans, top }, view, px) {
+  for (const [from, to] of spans) {
+    if (to < view.from || from > view.to) continue;
+    const [left, right] = [px(Math.max(from, view.from)), px(Math.min(to, view.to))];
+    painter.rect(left, top, Math.max(1, right - left), BAR - 2, { fill: color });
+  }
+}
+
 /**
  * A plot of signals over the view's time. `curves()`: [{ name, trace, color, dash }]; `scale` turns SI into `unit`; `blows()`: those
- * that are marked.
+ * that are marked. `lifted()`: [{ name, color, spans }], a row of bars each above the curves.
  */
-function tracePlot(view, { title, unit, scale = 1, curves, blows = () => [], height = 190 }) {
+function tracePlot(view, { title, unit, scale = 1, curves, blows = () => [], lifted = () => [], height = 190 }) {
   const legend = (width) => {
     const kinds = [...new Set(blows().map((blow) => blow.kind))].map((kind) => ({ name: words(kind), kind }));
     const entries = [...curves(), ...kinds];
     return legendRows(entries.length > 1 ? entries : [], width - 80);
   };
   const frame = (width, height) => {
-    const top = 8 + 17 * legend(width).rows + (blows().length ? 12 : 0);
+    const top = 8 + 17 * legend(width).rows + (blows().length ? 12 : 0) + BAR * lifted().length;
     return { left: 66, top, width: width - 80, height: height - 42 - top };
   };
   const timeAt = (x, box) => Math.max(0, Math.min(view.end, view.from + (x - box.left) / box.width * (view.to - view.from)));
   const place = (time, box) => box.left + (time - view.from) / (view.to - view.from) * box.width;
   let grip = null;
   const figure = new Figure({
-    title, height: (width) => height + 17 * legend(width).rows,
+    title, height: (width) => height + 17 * legend(width).rows + BAR * lifted().length,
     paint(painter, width, tall) {
       const box = frame(width, tall), shown = curves();
       let [low, high] = [Infinity, -Infinity];
@@ -103,6 +92,7 @@ function tracePlot(view, { title, unit, scale = 1, curves, blows = () => [], hei
         for (const time of trace.spikes ?? []) if (time >= view.from && time <= view.to) spikeMark(painter, px(1000 * time), py(scale * trace.at(time)), color);
       }
       for (const blow of blows()) if (blow.start_s >= view.from && blow.start_s <= view.to) blowMark(painter, blow.kind, px(1000 * blow.start_s), box.top - 7);
+      lifted().forEach(({ color, spans }, k) => liftedBars(painter, { color, spans, top: box.top - BAR * (k + 1) }, view, (time) => px(1000 * time)));
       for (const placed of legend(width).placed) legendEntry(painter, box, placed);
     },
     over(painter, width, tall) {
@@ -119,7 +109,8 @@ function tracePlot(view, { title, unit, scale = 1, curves, blows = () => [], hei
       const time = timeAt(x, box), lines = curves().filter(({ trace }) => !Number.isNaN(trace.at(time))).map(({ name, trace }) => `${name}: ${short(scale * trace.at(time))} ${unit}`);
       view.point(time);
       const blow = blows().find((one) => Math.abs(place(one.start_s, box) - x) < 6);
-      return [timeText(time), ...lines, ...(blow ? [`${words(blow.kind)}, blow ${blow.number} at ${timeText(blow.start_s)}`] : [])].join('\n');
+      const off = lifted().filter(({ spans }) => spans.some(([from, to]) => from <= time && time <= to)).map(({ name }) => `${name}: lifted off`);
+      return [timeText(time), ...lines, ...off, ...(blow ? [`${words(blow.kind)}, blow ${blow.number} at ${timeText(blow.start_s)}`] : [])].join('\n');
     },
     left() { view.point(null); },
     drag(x0, y0, x1, y1, ended, event) {
@@ -174,36 +165,6 @@ function spectrumPlot(title, curves, unit, scale) {
         return `${curves.length > 1 ? `${name}\n` : ''}${(k * resolution).toFixed(1)} Hz\n${short(scale * values[k])} ${unit}`;
       });
       return told.filter(Boolean).join('\n');
-    },
-  });
-}
-
-/** Spectra over logarithmic axes, with lines at grades [value, text]. */
-function shockPlot(title, hz, curves, grades) {
-  const legend = (width) => legendRows(curves, width - 80), unit = 'pseudo-velocity (m/s)';
-  const all = [...curves.flatMap(({ values }) => values.filter((v) => v > 0)), ...grades.map(([v]) => v)];
-  const low = Math.min(...all) / 1.2, high = Math.max(...all) * 1.2;
-  const frame = (width, height) => {
-    const top = 8 + 17 * legend(width).rows;
-    return { left: 60, top, width: width - 88, height: height - top - 42 };
-  };
-  return new Figure({
-    title, height: (width) => 280 + 17 * legend(width).rows,
-    paint(painter, width, height) {
-      const box = frame(width, height), { px, py } = axes(painter, box, { low: hz[0], high: hz.at(-1), log: true, title: 'natural frequency (Hz)' }, { low, high, log: true, title: unit });
-      for (const [value, text] of grades) {
-        painter.line([box.left, py(value), box.left + box.width, py(value)], { color: SOFT, dash: [2, 3] });
-        painter.text(text, box.left + 4, py(value) - 7, { color: SOFT, size: 10 });
-      }
-      for (const { values, color, dash } of curves) {
-        if (values.every((v) => v > 0)) painter.line(values.flatMap((v, k) => [px(hz[k]), py(v)]), { color, width: 1.4, dash });
-      }
-      for (const placed of legend(width).placed) legendEntry(painter, box, placed);
-    },
-    hover(x) {
-      const box = frame(this.width, this.tall), place = (x - box.left) / box.width, k = Math.round(place * (hz.length - 1));
-      if (k < 0 || k >= hz.length) return '';
-      return [`${hz[k].toFixed(0)} Hz`, ...curves.map(({ name, values }) => `${name}: ${short(values[k])} m/s`)].join('\n');
     },
   });
 }

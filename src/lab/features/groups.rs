@@ -18,6 +18,8 @@ named! {
         Machine = "machine",
         /// Rows that a Latin hypercube got at once when it grew.
         GrownPart = "grown_part",
+        /// Rows whose castings have cores of one sand and binder.
+        SandBinder = "sand_binder",
     }
 }
 
@@ -30,6 +32,8 @@ pub(super) struct RunKeys {
     pub point: ValuesKey,
     /// Machine, as the value of the factor that selects it; empty without such a factor.
     pub machine: String,
+    /// Sand and binder of the cores of each casting; `None` where the study states none.
+    pub binders: Option<Vec<Option<String>>>,
 }
 
 /// The groups of runs.
@@ -54,16 +58,18 @@ pub(super) struct GroupKey {
 enum Reason {
     Design(GroupKind),
     Machine,
+    SandBinder,
     Point,
 }
 
 impl Reason {
     /// Kinds of the designs first, then groups from the values.
-    const ALL: [Self; 5] = [
+    const ALL: [Self; 6] = [
         Self::Design(GroupKind::Trajectory),
         Self::Design(GroupKind::BasePoint),
         Self::Design(GroupKind::GrownPart),
         Self::Machine,
+        Self::SandBinder,
         Self::Point,
     ];
 
@@ -73,6 +79,7 @@ impl Reason {
             Self::Design(GroupKind::BasePoint) => "group_base_point",
             Self::Design(GroupKind::GrownPart) => "group_grown_part",
             Self::Machine => "group_machine",
+            Self::SandBinder => "group_sand_binder",
             Self::Point => "group_point",
         }
     }
@@ -87,6 +94,7 @@ impl Reason {
             }
             Self::Design(GroupKind::GrownPart) => "Rows that a Latin hypercube got at once when it grew.",
             Self::Machine => "Rows on one machine of the study.",
+            Self::SandBinder => "Rows whose castings have cores of one sand and binder.",
             Self::Point => "Rows whose factors have equal values, to the last bit.",
         }
     }
@@ -97,6 +105,7 @@ impl Reason {
             Self::Design(GroupKind::Trajectory | GroupKind::BasePoint) | Self::Point => true,
             Self::Design(GroupKind::GrownPart) => group_by.contains(&GroupBy::GrownPart),
             Self::Machine => group_by.contains(&GroupBy::Machine),
+            Self::SandBinder => group_by.contains(&GroupBy::SandBinder),
         }
     }
 }
@@ -111,6 +120,7 @@ impl Groups {
             let member = match reason {
                 Reason::Design(kind) => own.join_spans(runs, spans.iter().filter(|span| span.kind == kind)),
                 Reason::Machine => own.join_equal(runs.iter().map(|run| Some(&run.machine))),
+                Reason::SandBinder => own.join_equal(runs.iter().map(|run| run.binders.as_ref())),
                 Reason::Point => own.join_equal(runs.iter().map(|run| Some(run.point))),
             };
             let binds = reason.binds(group_by);

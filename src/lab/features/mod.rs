@@ -12,6 +12,7 @@
 //! Figures that need time signals (the casting's acceleration, RMS velocities in bands) exist for runs whose means of that velocity are
 //! stored. Other datasets have no such columns.
 
+mod binders;
 mod card;
 mod column;
 mod croissant;

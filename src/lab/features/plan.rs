@@ -6,7 +6,8 @@ use super::settings::FeatureSettings;
 use super::signals::{HeaveFigures, SignalRows};
 use super::struck::Struck;
 use decore_dataset::{ColumnDescription, ColumnGroup, DatasetReader, TableName};
-use decore_model::metrics::RunTotals;
+use decore_model::metrics::{CoreMetrics, CoreTotals, RunTotals};
+use decore_quantity::words::identifier;
 use decore_quantity::{Cell, CellColumn, Kind, Value};
 use decore_study::{DesignOutline, FactorOutline};
 
@@ -54,6 +55,10 @@ enum CellSource {
     BlowCount(fn(&Struck) -> u64),
     /// A figure of the heave velocity, by its place.
     Heave(usize),
+    /// The least of some cells of the run for each casting.
+    Least(Vec<Vec<usize>>),
+    /// Sand and binder of the cores.
+    Binder,
 }
 
 /// A column and where its cells come from.
@@ -76,6 +81,8 @@ pub(super) struct View<'a> {
     pub struck: Struck,
     /// Figures of the heave velocity, if it is stored.
     pub heave: Option<&'a HeaveFigures>,
+    /// Sand and binder of its cores, where the study states them.
+    pub binder: Option<&'a str>,
 }
 
 impl View<'_> {
@@ -87,6 +94,11 @@ impl View<'_> {
     fn cell(&self, source: &CellSource, has_outputs: bool) -> Cell<'_> {
         match source {
             CellSource::CastingName => Some(Value::Text(self.name)),
+            CellSource::Binder => self.binder.map(Value::Text),
+            CellSource::Least(places) => {
+                let own = places.get(self.casting)?.iter().filter_map(|place| self.at(*place)?.number());
+                Combine::Least.of(own).map(Value::Real)
+            }
             CellSource::Run(place) => self.at(*place),
             CellSource::Castings(places) => self.at((*places.get(self.casting)?)?),
             CellSource::HammerCount => {
@@ -146,6 +158,92 @@ impl<'a> Planned<'a> {
             values: CellColumn::new(Kind::Category),
         };
         self.plans.push(ColumnPlan { column, source: CellSource::CastingName });
+    }
+
+    /// The sand and binder of the cores.
+    pub fn add_binder(&mut self) {
+        let column = FeatureColumn {
+            name: "sand_binder".to_owned(),
+            unit: String::new(),
+            role: Role::Group,
+            description: "Sand and binder of the casting's cores, as in the study.".to_owned(),
+            formula: "casting.NAME.sand_binder of the study".to_owned(),
+            valid: [None, None],
+            derived_from: Vec::new(),
+            values: CellColumn::new(Kind::Category),
+        };
+        self.plans.push(ColumnPlan { column, source: CellSource::Binder });
+    }
+
+    /// The figures of core points: a column per figure and name of a core point, null for castings without a core point of that name; and
+    /// the least over the core points of the casting.
+    pub fn add_cores(&mut self, reads: &mut Reads<'a>) {
+        let info = &self.reader.manifest().study;
+        let mut names: Vec<&str> = Vec::new();
+        for core in &info.cores {
+            if !names.contains(&core.name.as_str()) {
+                names.push(&core.name);
+            }
+        }
+        for (quantity, title, text) in LEAST_CORE {
+            let own = |casting: &String| {
+                let cores = info.cores.iter().filter(|core| core.casting == *casting);
+                cores.filter_map(|core| self.core_place(reads, (casting, &core.name), quantity)).collect()
+            };
+            let places: Vec<Vec<usize>> = info.castings.iter().map(own).collect();
+            if let Some(unit) = self.unit_of(&places, reads) {
+                let formula = format!("least of runs.CASTING_core_NAME_{quantity} over the core points of the casting");
+                self.add_core(CellSource::Least(places), (title.to_owned(), unit), [text.to_owned(), formula]);
+            }
+        }
+        for name in names {
+            for quantity in CoreMetrics::QUANTITIES {
+                let places: Vec<Option<usize>> = info
+                    .castings
+                    .iter()
+                    .map(|casting| self.core_place(reads, (casting, name), quantity.name))
+                    .collect();
+                if places.iter().any(Option::is_some) {
+                    let title = identifier(&format!("core_{name}_{}", quantity.name), "core");
+                    let texts = [
+                        format!("Core point `{name}`: {}", quantity.description()),
+                        format!("runs.CASTING_core_{name}_{}", quantity.name),
+                    ];
+                    self.add_core(CellSource::Castings(places), (title, quantity.unit.to_owned()), texts);
+                }
+            }
+        }
+    }
+
+    fn add_core(&mut self, source: CellSource, (name, unit): (String, String), [description, formula]: [String; 2]) {
+        let column = FeatureColumn {
+            name,
+            unit,
+            role: Role::Target,
+            description,
+            formula,
+            valid: [Some(0.0), None],
+            derived_from: Vec::new(),
+            values: CellColumn::new(Kind::Real),
+        };
+        self.plans.push(ColumnPlan { column, source });
+    }
+
+    /// Place of a figure of a casting's core point.
+    fn core_place(&self, reads: &mut Reads<'a>, (casting, name): (&str, &str), quantity: &str) -> Option<usize> {
+        let subject = format!("{casting}.{name}");
+        let of_it = |column: &&ColumnDescription| {
+            column.group == ColumnGroup::Core
+                && column.subject.as_deref() == Some(&subject)
+                && column.quantity == quantity
+        };
+        self.reader.columns(TableName::Runs).iter().find(of_it).map(|column| reads.place(&column.name))
+    }
+
+    /// Unit of the columns at some places; `None` if there are none.
+    fn unit_of(&self, places: &[Vec<usize>], reads: &Reads<'a>) -> Option<String> {
+        let name = reads.names().get(*places.iter().flatten().next()?)?;
+        self.reader.column(TableName::Runs, name).ok().map(|column| column.unit.clone())
     }
 
     /// A column of `runs` as it is.
@@ -272,6 +370,20 @@ impl<'a> Planned<'a> {
         names.iter().map(of).collect()
     }
 }
+
+/// Figures of which the least over the core points of a casting is a column: quantity, name of the column, text.
+const LEAST_CORE: [(&str, &str, &str); 2] = [
+    (
+        CoreMetrics::pseudo_velocity_98hz_10khz_m_s.name,
+        CoreTotals::least_core_pseudo_velocity_98hz_10khz_m_s.name,
+        "Least over the casting's core points of the largest pseudo-velocity of the run, 98 Hz to 10 kHz.",
+    ),
+    (
+        CoreMetrics::dose_98hz_10khz.name,
+        CoreTotals::least_core_dose_98hz_10khz.name,
+        "Least dose over the casting's core points.",
+    ),
+];
 
 /// Title of a figure's column.
 struct ColumnTitle {

@@ -1,5 +1,6 @@
 //! Builds the table of features from the tables of a dataset: a row per run and casting.
 
+use super::binders::Binders;
 use super::column::{FeatureColumn, Role};
 use super::error::FeaturesError;
 use super::figures::{FIGURES, TIME_TO_WORK};
@@ -45,19 +46,22 @@ pub fn features(reader: &DatasetReader, settings: &FeatureSettings) -> Result<Fe
     let [row, status] = [RowRecord::row.name, RowOutcome::status.name].map(|name| reads.place(name));
     let assignment = Assignment::of(reader, &outline, &mut reads)?;
     let mut keys = KeyReader::new(reader, &outline, &mut reads);
-    let mut planned = plan(reader, &outline, settings, &mut reads);
+    let binders = Binders::of(reader, &outline, &mut reads);
+    let mut planned = plan(reader, (&outline, &binders), settings, &mut reads);
     planned.add_signals(&signals);
     let mut fault = None;
     let (mut runs, mut done) = (0, 0);
     reader.visit(TableName::Runs, reads.names(), |cells| {
         let cell = |place: usize| cells.get(place).copied().flatten();
         let Some(Value::Count(row)) = cell(row) else { return };
-        keys.push(row, cells);
+        keys.push(row, cells, &binders);
         match assignment.castings(row, cells) {
             Ok(castings) => {
                 for (casting, name) in info.castings.iter().enumerate() {
                     let (struck, heave) = (struck.of(row, casting), signals.of(row, casting));
-                    planned.push(&View { cells, name, casting, castings: &castings, struck, heave });
+                    let binder = binders.of_casting(casting, cells);
+                    let binder = binder.as_deref();
+                    planned.push(&View { cells, name, casting, castings: &castings, struck, heave, binder });
                 }
             }
             Err(error) => fault = fault.take().or(Some(error)),
@@ -125,24 +129,27 @@ impl KeyReader {
         }
     }
 
-    fn push(&mut self, row: u64, cells: &[Cell<'_>]) {
+    fn push(&mut self, row: u64, cells: &[Cell<'_>], binders: &Binders) {
         let cell = |place: usize| cells.get(place).copied().flatten();
         let values: Vec<Cell<'_>> = self.factors.iter().map(|place| cell(*place)).collect();
         let machine = self.machine.and_then(cell).map_or(String::new(), |name| name.to_string());
-        self.runs.push(RunKeys { row, point: ValuesKey::of(&values), machine });
+        self.runs.push(RunKeys { row, point: ValuesKey::of(&values), machine, binders: binders.of_run(cells) });
     }
 }
 
 /// The columns that the table is to have.
 fn plan<'a>(
     reader: &'a DatasetReader,
-    outline: &DesignOutline,
+    (outline, binders): (&DesignOutline, &Binders),
     settings: &FeatureSettings,
     reads: &mut Reads<'a>,
 ) -> Planned<'a> {
     let mut planned = Planned::new(reader, reads, settings);
     planned.add_run(reads, RowRecord::row.name, Role::Key);
     planned.add_casting();
+    if binders.any() {
+        planned.add_binder();
+    }
     for name in [RowOutcome::status.name, RowOutcome::reason.name, RowOutcome::time_reached_s.name] {
         planned.add_run(reads, name, Role::Status);
     }
@@ -150,6 +157,7 @@ fn plan<'a>(
     for figure in FIGURES.iter().filter(|figure| figure.name != TIME_TO_WORK || settings.work_j.is_some()) {
         planned.add_figure(reads, figure);
     }
+    planned.add_cores(reads);
     planned
 }
 

@@ -39,6 +39,7 @@ mod tests {
                 derived: false,
                 expression: None,
                 drives: Vec::new(),
+                links: Vec::new(),
                 values: listed.iter().map(|value| Value::Real(*value)).collect(),
                 range,
                 logarithmic,

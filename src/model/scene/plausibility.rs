@@ -21,7 +21,10 @@ impl Scene {
             casting.unusual(&prefix, &mut remarks);
             for fixture in &casting.fixtures {
                 let prefix = format!("{prefix}.fixture.{}", fixture.name);
-                fixture.unusual(&prefix, &mut remarks);
+                match &fixture.pad {
+                    Some(pad) => pad.unusual(&prefix, &mut remarks),
+                    None => fixture.unusual(&prefix, &mut remarks),
+                }
                 remarks.extend(
                     self.on_a_mount(&fixture.point).map(|message| Fault { path: format!("{prefix}.point"), message }),
                 );

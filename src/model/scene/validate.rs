@@ -115,9 +115,13 @@ impl Scene {
         for fixture in &casting.fixtures {
             let prefix = format!("{prefix}.fixture.{}", fixture.name);
             checks.group(&prefix, fixture);
+            if let Some(pad) = &fixture.pad {
+                checks.group(&prefix, pad);
+            }
             check_kind(checks, &prefix, (casting, fixture));
             if let Some(message) = self.too_stiff(casting, fixture) {
-                checks.push(SceneProblemKind::Value, format!("{prefix}.stiffness_n_per_m"), message);
+                let key = fixture.pad.map_or("stiffness_n_per_m", |_| "pad_area_m2");
+                checks.push(SceneProblemKind::Value, format!("{prefix}.{key}"), message);
             }
         }
         // Check the restraint only of a casting with valid values that every hammer hits.
@@ -147,8 +151,12 @@ impl Scene {
         if slow || !frequency_hz.is_finite() || span_s <= 0.0 {
             return None;
         }
+        let stated = match fixture.pad {
+            Some(pad) => format!("gives a stiffness of {stiffness:.2e} N/m with material \"{}\"", pad.material.name()),
+            None => format!("is {stiffness:e}"),
+        };
         Some(format!(
-            "is {stiffness:e}, which is too stiff: casting `{}` ({} kg) would swing on fixture `{}` at {frequency_hz:.1e} Hz, \
+            "{stated}, which is too stiff: casting `{}` ({} kg) would swing on fixture `{}` at {frequency_hz:.1e} Hz, \
              and steps of at most {:.1e} s would never end; expected about {:.0e} for a stiff one",
             casting.name,
             short(mass_kg),
@@ -173,6 +181,11 @@ fn check_kind(checks: &mut Checks, prefix: &str, (casting, fixture): (&Casting, 
     let path = |key: &str| format!("{prefix}.{key}");
     let message = "needs a `clamp_force_n` above 0";
     checks.rule(clamps || fixture.clamp_stiffness_n_per_m == 0.0, path("clamp_stiffness_n_per_m"), message);
+    checks.rule(
+        !clamps || fixture.pad.is_none(),
+        path("material"),
+        "needs no `clamp_force_n`: a clamp presses without a pad",
+    );
     checks.rule(!(clamps && pads), path("clamp_force_n"), "needs `one_sided = false`: a pad carries, a clamp presses");
     let message =
         "needs a fixture with `one_sided = true` onto which it presses: other fixtures hold the casting without it";

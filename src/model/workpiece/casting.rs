@@ -4,22 +4,35 @@ use indexmap::IndexMap;
 use serde::Serialize;
 
 use super::elastic::CastingStructureEntry;
+use super::pad::{Pad, PadMaterial};
 use crate::parameter::parameters;
 
 parameters! {
     /// Spring and damper between a point of a casting and a node of the structure. A one-sided fixture is a pad; a fixture with a force is
     /// a clamp.
     #[derive(Serialize)]
-    pub struct Fixture from FixtureEntry {
+    pub struct Fixture from FixtureEntry with Pad {
         own {
             /// Name as in the study.
             pub name: String,
             /// Interface point of the structure that carries it.
             pub point: String,
+            /// Pad from which its stiffness and damping follow, if the study states one.
+            #[serde(skip_serializing_if = "Option::is_none")]
+            pub pad: Option<Pad>,
         }
         typed {
             /// Interface point to which it is fixed.
             pub point: String,
+            /// As in [`Pad`].
+            #[serde(skip_serializing_if = "Option::is_none")]
+            pub material: Option<PadMaterial>,
+            /// As in [`Pad`].
+            #[serde(skip_serializing_if = "Option::is_none")]
+            pub pad_area_m2: Option<f64>,
+            /// As in [`Pad`].
+            #[serde(skip_serializing_if = "Option::is_none")]
+            pub pad_thickness_m: Option<f64>,
         }
         /// Point where the fixture holds the casting, x and y from the casting's centre of mass.
         pub at_m: [f64; 2], "m", [finite] usual [-10, 10], "default: above its interface point";
@@ -90,6 +103,9 @@ parameters! {
             /// Core points by name.
             #[serde(default, skip_serializing_if = "IndexMap::is_empty")]
             pub core: IndexMap<String, CorePointEntry>,
+            /// Sand and binder of its cores in your words, e.g. `cold box, 0.8 %`. It changes no row: `decore export` groups rows by it.
+            #[serde(default, skip_serializing_if = "Option::is_none")]
+            pub sand_binder: Option<String>,
             /// Finite element model of an elastic casting. Default: the casting is rigid.
             #[serde(skip_serializing_if = "Option::is_none")]
             pub structure: Option<CastingStructureEntry>,

@@ -9,7 +9,7 @@
 True
 
 `Study` simulates rows (`scene`), sweeps (`run`), functions over arrays (`function`), and finds the best values (`best`).
-`Dataset` has the tables and what follows from them (`report`, `analyse`, `surrogate`, `compare`, `export`, `verify`).
+`Dataset` has the tables and what follows from them (`report`, `analyse`, `cores`, `surrogate`, `compare`, `export`, `verify`).
 Every command of the command line is a method with the same names and defaults. `decore help python` has the guide.
 """
 

@@ -361,6 +361,16 @@ class Dataset:
         most: int = 20,
     ) -> Result:
         """Compare two datasets: rows matched by their factors, outputs beyond their scatter listed."""
+    def cores(
+        self,
+        /,
+        output: _Path | None = None,
+        *,
+        tests: _Path,
+        law: Literal["lognormal", "weibull"] = "lognormal",
+        best: int = 10,
+    ) -> Result:
+        """Find the dose at which cores are out from tests, and the time until the cores of each row are out."""
     def export(
         self,
         /,

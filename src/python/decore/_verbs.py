@@ -42,6 +42,7 @@ DATASET = {
     "analyse": ">>> analysis = dataset.analyse(['delivered_work_j'], bootstrap=0)\n>>> 'pressure' in analysis.table['factor']\nTrue",
     "compare": ">>> dataset.compare(dataset).matched\n24",
     "export": ">>> dataset.export('out/features', replace=True).files[0].kind\n'features'",
+    "cores": ">>> dataset.cores(tests='tests.csv').next_core.value  # doctest: +SKIP",
     "scene": ">>> dataset.scene(row=2).row\n2",
     "best": ">>> dataset.best(rows=40, checks=20)  # doctest: +SKIP",
 }

@@ -26,18 +26,29 @@ const BATCH_ROWS: usize = 1024;
 /// Finds a factor's column among the names of a file's columns, or returns the reason why it is missing.
 pub(super) type ColumnPlace<'a> = &'a dyn Fn(&str, &[String]) -> Result<usize, String>;
 
-/// The cells of these factors' columns, row by row, whatever the compression but LZO and Brotli.
+/// The cells of these factors' columns, row by row, whatever the compression but LZO and Brotli. `sparse`: nulls are empty texts, else
+/// faults.
 ///
 /// # Errors
 /// What is wrong with the file, in words; a damaged one takes no more memory than its bytes justify.
-pub(super) fn read(file: &Path, factors: &[&str], place: ColumnPlace<'_>) -> Result<Vec<Vec<String>>, String> {
+pub(super) fn read(
+    file: &Path,
+    factors: &[&str],
+    place: ColumnPlace<'_>,
+    sparse: bool,
+) -> Result<Vec<Vec<String>>, String> {
     let fault = |reason: String| format!("cannot read {}: {reason}", file.display());
     let bytes = decore_files::read(file, Limit::ROWS).map_err(|error| fault(error.to_string()))?;
-    let decode = || decode(Bytes::from(bytes), (file, factors), place);
+    let decode = || decode(Bytes::from(bytes), (file, factors), place, sparse);
     shielded(decode).unwrap_or_else(|| Err(fault("it is damaged".to_owned())))
 }
 
-fn decode(bytes: Bytes, (file, factors): (&Path, &[&str]), place: ColumnPlace<'_>) -> Result<Vec<Vec<String>>, String> {
+fn decode(
+    bytes: Bytes,
+    (file, factors): (&Path, &[&str]),
+    place: ColumnPlace<'_>,
+    sparse: bool,
+) -> Result<Vec<Vec<String>>, String> {
     let fault = |reason: &dyn std::fmt::Display| format!("cannot read {}: {reason}", file.display());
     // Types of the file; the writer's types in memory (dictionaries, views of texts) do not matter.
     let options = ArrowReaderOptions::new().with_skip_arrow_metadata(true);
@@ -59,7 +70,8 @@ fn decode(bytes: Bytes, (file, factors): (&Path, &[&str]), place: ColumnPlace<'_
         let columns: Vec<ArrayRef> = places.iter().filter_map(column).collect();
         for row in 0..batch.num_rows() {
             let cells = columns.iter().zip(factors).map(|(column, factor)| {
-                cell(column, row).ok_or_else(|| {
+                let empty = || (sparse && column.is_null(row)).then(String::new);
+                cell(column, row).or_else(empty).ok_or_else(|| {
                     let (row, kind) = (rows.len(), column.data_type());
                     format!("{}, row {row}, column `{factor}`: no number or text ({kind})", file.display())
                 })

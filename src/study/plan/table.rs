@@ -1,6 +1,7 @@
 //! Tables given by the user: a CSV or Parquet file with a column per factor, named like it or `factor_` and its name; or with columns of
 //! any names.
 
+use std::cell::RefCell;
 use std::path::Path;
 
 use super::factor::FactorInfo;
@@ -97,7 +98,7 @@ pub(super) enum CellSpan {
 /// # Errors
 /// What is wrong with the file, in words.
 pub fn factor_rows(file: &Path, factors: &[&str]) -> Result<Vec<TableRow>, String> {
-    rows(file, factors, &|factor, header| place(file, factor, header))
+    rows(file, factors, &|factor, header| place(file, factor, header), false)
 }
 
 /// The cells of columns of these names in a CSV or Parquet file, row by row; at least one row.
@@ -105,15 +106,48 @@ pub fn factor_rows(file: &Path, factors: &[&str]) -> Result<Vec<TableRow>, Strin
 /// # Errors
 /// What is wrong with the file, in words.
 pub fn column_rows(file: &Path, columns: &[&str]) -> Result<Vec<TableRow>, String> {
-    rows(file, columns, &|column, header| {
-        header.iter().position(|name| name == column).ok_or_else(|| {
-            let hint = did_you_mean(nearest(column, header.iter().map(String::as_str)));
-            format!("{} has no column `{column}`; it has: {}{hint}", file.display(), header.join(", "))
-        })
+    rows(file, columns, &|column, header| column_place(file, column, header), false)
+}
+
+/// As [`column_rows`]; cells may be empty, in Parquet files null.
+///
+/// # Errors
+/// What is wrong with the file, in words.
+pub fn sparse_rows(file: &Path, columns: &[&str]) -> Result<Vec<TableRow>, String> {
+    rows(file, columns, &|column, header| column_place(file, column, header), true)
+}
+
+/// Names of the columns of a CSV or Parquet file.
+///
+/// # Errors
+/// What is wrong with the file, in words.
+pub fn column_names(file: &Path) -> Result<Vec<String>, String> {
+    let names = RefCell::new(Vec::new());
+    let note = |_: &str, header: &[String]| {
+        header.clone_into(&mut names.borrow_mut());
+        Ok(0)
+    };
+    if is_parquet(file) {
+        parquet::read(file, &[""], &note, true)?;
+    } else {
+        delimited::read(file, &[""], &note)?;
+    }
+    Ok(names.into_inner())
+}
+
+fn column_place(file: &Path, column: &str, header: &[String]) -> Result<usize, String> {
+    header.iter().position(|name| name == column).ok_or_else(|| {
+        let hint = did_you_mean(nearest(column, header.iter().map(String::as_str)));
+        format!("{} has no column `{column}`; it has: {}{hint}", file.display(), header.join(", "))
     })
 }
 
-fn rows(file: &Path, columns: &[&str], place: ColumnPlace<'_>) -> Result<Vec<TableRow>, String> {
+fn is_parquet(file: &Path) -> bool {
+    file.extension().is_some_and(|extension| extension.eq_ignore_ascii_case("parquet"))
+}
+
+/// `sparse`: whether a Parquet file may have nulls.
+fn rows(file: &Path, columns: &[&str], place: ColumnPlace<'_>, sparse: bool) -> Result<Vec<TableRow>, String> {
     let place: ColumnPlace<'_> = &|column, header| {
         let found = place(column, header)?;
         match header.iter().enumerate().position(|(other, name)| other != found && Some(name) == header.get(found)) {
@@ -126,9 +160,8 @@ fn rows(file: &Path, columns: &[&str], place: ColumnPlace<'_>) -> Result<Vec<Tab
             )),
         }
     };
-    let is_parquet = file.extension().is_some_and(|extension| extension.eq_ignore_ascii_case("parquet"));
-    let rows: Vec<TableRow> = if is_parquet {
-        let rows = parquet::read(file, columns, place)?.into_iter().enumerate();
+    let rows: Vec<TableRow> = if is_parquet(file) {
+        let rows = parquet::read(file, columns, place, sparse)?.into_iter().enumerate();
         rows.map(|(row, cells)| TableRow { place: format!("row {row}"), cells }).collect()
     } else {
         let rows = delimited::read(file, columns, place)?.into_iter();

@@ -10,7 +10,7 @@ use decore_model::scene::{
     SolverSettings, Supply,
 };
 use decore_model::workpiece::{
-    Casting, CastingEntry, CastingStructureEntry, CorePoint, CorePointEntry, Elastic, Fixture, FixtureEntry,
+    Casting, CastingEntry, CastingStructureEntry, CorePoint, CorePointEntry, Elastic, Fixture, FixtureEntry, Pad,
 };
 use decore_quantity::words::nearest;
 
@@ -109,8 +109,13 @@ fn casting(name: &str, entry: &CastingEntry, points: &PointTable, issues: &mut V
     }
     let centre = entry.centre_m.unwrap_or_else(|| mean(&places));
     let known = entry.fixture.iter().filter(|(_, fixture)| points.position(&fixture.point).is_some());
-    let fixtures =
-        known.zip(&places).map(|((fixture, fixture_entry), place)| fixture_of(fixture, fixture_entry, *place, centre));
+    let fixtures = known.zip(&places).map(|((fixture, fixture_entry), place)| {
+        let pad = pad(&format!("casting.{name}.fixture.{fixture}"), fixture_entry).unwrap_or_else(|issue| {
+            issues.push(issue);
+            None
+        });
+        fixture_of(fixture, fixture_entry, pad, [place[0] - centre[0], place[1] - centre[1]])
+    });
     let fixtures = fixtures.collect();
     let core = |(core, entry): (&String, &CorePointEntry)| {
         entry.over(CorePoint { name: core.clone(), ..CorePoint::default() })
@@ -128,9 +133,41 @@ fn casting(name: &str, entry: &CastingEntry, points: &PointTable, issues: &mut V
     })
 }
 
-fn fixture_of(name: &str, entry: &FixtureEntry, place: [f64; 2], centre: [f64; 2]) -> Fixture {
-    let above = [place[0] - centre[0], place[1] - centre[1]];
-    entry.over(Fixture { name: name.to_string(), point: entry.point.clone(), at_m: above, ..Fixture::default() })
+fn fixture_of(name: &str, entry: &FixtureEntry, pad: Option<Pad>, above: [f64; 2]) -> Fixture {
+    let default = Fixture::default();
+    let [stiffness_n_per_m, damping_n_s_per_m] = pad.map_or(default.spring(), |pad| pad.spring());
+    entry.over(Fixture {
+        name: name.to_string(),
+        point: entry.point.clone(),
+        pad,
+        at_m: above,
+        stiffness_n_per_m,
+        damping_n_s_per_m,
+        ..default
+    })
+}
+
+/// Pad of a fixture, if the study states its material.
+fn pad(path: &str, entry: &FixtureEntry) -> Result<Option<Pad>, Issue> {
+    let issue = |key: &str, message: String| Err(Issue::new(format!("{path}.{key}"), message));
+    let sizes = [("pad_area_m2", entry.pad_area_m2), ("pad_thickness_m", entry.pad_thickness_m)];
+    let Some(material) = entry.material else {
+        return match sizes.into_iter().find(|(_, size)| size.is_some()) {
+            Some((key, _)) => issue(key, "needs the `material` of the pad".to_owned()),
+            None => Ok(None),
+        };
+    };
+    let stated = [("stiffness_n_per_m", entry.stiffness_n_per_m), ("damping_n_s_per_m", entry.damping_n_s_per_m)];
+    if let Some((key, _)) = stated.into_iter().find(|(_, value)| value.is_some()) {
+        let name = material.name();
+        return issue(key, format!("follows from `material = \"{name}\"`: remove either `{key}` or `material`"));
+    }
+    match sizes {
+        [(_, Some(pad_area_m2)), (_, Some(pad_thickness_m))] => {
+            Ok(Some(Pad { material, pad_area_m2, pad_thickness_m }))
+        }
+        _ => issue("material", "needs `pad_area_m2` and `pad_thickness_m`".to_owned()),
+    }
 }
 
 fn mean(places: &[[f64; 2]]) -> [f64; 2] {
