@@ -68,7 +68,7 @@ def commands_with_json(program):
     def shown(*arguments):
         return subprocess.run([program, *arguments, "--help"], capture_output=True, text=True, check=True).stdout
 
-    listed = shown().partition("Commands:\n")[2].partition("\n\n")[0].splitlines()
+    listed = shown().partition("Usage:")[2].partition("\nOptions:")[0].splitlines()
     names = [line.split()[0] for line in listed if line.startswith("  ") and line[2] != " "]
     if len(names) < 20:
         sys.exit(f"printed_json: only {names} are listed as commands")

@@ -31,33 +31,35 @@ const FILES: [&str; 3] = ["accuracy.parquet", "accuracy.txt", "accuracy.svg"];
 
 #[derive(Debug, Args)]
 pub(super) struct AccuracyArguments {
-    /// Study file (TOML).
+    /// Study file (TOML)
     study: PathBuf,
-    /// Row of the design.
+    /// Row of the design
     #[arg(short, long, default_value_t = 0)]
     row: usize,
-    /// Set a value of the study, e.g. `hammer.left.supply_bar=4.5`; may be given several times.
+    /// Set a value of the study, for example `hammer.left.supply_bar=4.5`; repeatable
     #[arg(long = "set", value_name = "PATH=VALUE")]
     overrides: Vec<String>,
-    /// Folder for the table, the text and the plot. Default: the study's name with `_accuracy`.
+    /// Folder for the table, the text and the plot (default: STUDY_accuracy)
     #[arg(short, long, value_name = "FOLDER")]
     output: Option<PathBuf>,
-    /// Write over the files of an earlier comparison.
+    /// Replace existing files
     #[arg(long)]
     replace: bool,
-    /// Runs of each setting, of which the fastest counts.
+    /// Number of runs of each setting; the fastest counts
     #[arg(long, default_value_t = 3)]
     repeats: usize,
-    /// Cut-off in Hz of the modes with which the truncation of modes is judged.
+    /// Cut-off of the modes that serve as reference for the truncation, in Hz
     #[arg(long, default_value_t = ALL_MODES_HZ, value_name = "HZ")]
     full_cutoff_hz: f64,
-    /// Do not judge the truncation of modes.
+    /// Skip the test of mode truncation
     #[arg(long)]
     no_truncation: bool,
-    /// Leave out the slowest of the methods at a fixed step: rk4 at 1 us and the implicit trapezoid.
+    /// Skip the slowest fixed-step methods
+    ///
+    /// These are rk4 at 1 us and the implicit trapezoid.
     #[arg(long)]
     quick: bool,
-    /// Print the comparison as JSON (schemas/accuracy.schema.json).
+    /// Print the comparison as JSON (schemas/accuracy.schema.json)
     #[arg(long)]
     json: bool,
 }

@@ -21,47 +21,57 @@ const MOST_REPLICATES: u64 = 1_000_000;
 
 #[derive(Debug, Args)]
 pub(super) struct AnalyseArguments {
-    /// Folder of the dataset.
+    /// Folder of the dataset
     dataset: PathBuf,
-    /// Columns of the table of runs. Default: delivered work, work of the first impacts, hit frequency, largest velocity of
-    /// the castings, air.
+    /// Columns of the table of runs
+    ///
+    /// By default: delivered work, work of the first impacts, hit frequency, largest casting velocity and air.
     #[arg(short, long = "output", num_args = 1.., value_name = "NAME")]
     outputs: Vec<String>,
-    /// Estimator of Sobol' indices: `salib` (the default) as SALib, `jansen` and `martinez` as OpenTURNS; refused where the rows have
-    /// no such indices.
+    /// Estimator of Sobol' indices
+    ///
+    /// `salib` (the default) is SALib's estimator, `jansen` and `martinez` are those that OpenTURNS also has. This is an error if the
+    /// design has no such indices.
     #[arg(long, value_parser = estimator())]
     estimator: Option<Estimator>,
-    /// Analyse a Saltelli design as any rows are, by the rows of its base points; refused for other designs.
+    /// Use only the base points of a Saltelli design, as for any other rows
+    ///
+    /// This is an error for other designs.
     #[arg(long)]
     given: bool,
-    /// Bootstrap replicates for the 95 % intervals, 20 at least; 0: none.
+    /// Bootstrap replicates for the 95 % intervals, at least 20; 0: no intervals
     #[arg(long, default_value_t = 1000, value_name = "N", value_parser = replicates)]
     bootstrap: u64,
-    /// Seed of the replicates.
+    /// Seed of the replicates
     #[arg(long, default_value_t = 0)]
     seed: u64,
-    /// The study file of the dataset, for --repair and --grow-until.
+    /// Study file of the dataset, for --repair and --grow-until
     #[arg(long, value_name = "FILE")]
     study: Option<PathBuf>,
-    /// Before each look at the dataset, run the rows again that are not done, with up to three retries, each with a hundredth of the
-    /// tolerance before; others that lack a budget need a larger one (`--set solver.max_steps=...`).
+    /// Run failed rows again before the analysis
+    ///
+    /// Each row gets up to three retries, each with a 100 times tighter tolerance. Rows that ran out of steps or time need a larger budget
+    /// (`--set solver.max_steps=...`).
     #[arg(long, requires = "study")]
     repair: bool,
-    /// Add base points, trajectories or rows until no interval of a share is wider than this (of mu*: relative to the output's
-    /// largest).
+    /// Add rows until no 95 % interval is wider than this
+    ///
+    /// The width is a share of the variance. For mu*, it is relative to the output's largest value. Base points or whole trajectories are
+    /// added where the design has them.
     #[arg(long, requires = "study", value_name = "WIDTH", value_parser = width)]
     grow_until: Option<f64>,
-    /// Rows that --grow-until goes up to.
+    /// With --grow-until: maximum number of rows
     #[arg(long, requires = "grow_until", default_value_t = 100_000, value_name = "ROWS")]
     most_rows: u64,
-    /// Set a budget of the study for --repair, e.g. `solver.max_steps=1000000`; may be given several times. What the dataset was
-    /// made with stays set.
+    /// With --repair: set a budget, for example `solver.max_steps=1000000`; repeatable
+    ///
+    /// Settings that the dataset was made with stay set.
     #[arg(long = "set", requires = "repair", value_name = "PATH=VALUE")]
     overrides: Vec<String>,
-    /// Print the result as JSON (schemas/sensitivity.schema.json).
+    /// Print the result as JSON (schemas/sensitivity.schema.json)
     #[arg(long)]
     json: bool,
-    /// Also write the indices to this Parquet file, a row per output and index.
+    /// Also write the indices to this Parquet file
     #[arg(long, value_name = "FILE")]
     parquet: Option<PathBuf>,
 }

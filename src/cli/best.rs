@@ -21,28 +21,33 @@ use decore_study::engine::{Course, Engine, RowRunner, Verdict as Enough, pursue}
 
 #[derive(Debug, Args)]
 pub(super) struct BestArguments {
-    /// Study file (TOML) with a [goal], whose rows are run first, or folder of a dataset of such a study, whose rows are taken.
+    /// Study file with a [goal], or folder of a dataset of such a study
+    ///
+    /// The rows of a study are run first. The rows of a dataset are used as they are.
     study: PathBuf,
-    /// Folder for the tables of the study's rows. Default: `out/` and the study's name. Rows that are added go into the folder of that
-    /// name and `.best`.
+    /// Folder for the tables of the study's rows (default: out/STUDY)
+    ///
+    /// Added rows are written to the folder with this name plus `.best`.
     #[arg(short, long, conflicts_with = "files_in")]
     output: Option<PathBuf>,
-    /// Rows that are added at most, the checks included.
+    /// Maximum number of added rows, checks included
     #[arg(long, default_value_t = 160, value_name = "ROWS")]
     rows: u32,
-    /// Rows that prove the proposal, over draws of the uncertain factors; 0: the answer is not checked.
+    /// Rows that confirm the proposal; 0: no check
+    ///
+    /// The uncertain factors vary over these rows.
     #[arg(long, default_value_t = 100, value_name = "ROWS", value_parser = clap::value_parser!(u32).range(..=100_000))]
     checks: u32,
-    /// Rows that are chosen at a time; the rows depend on it.
+    /// Rows that are chosen at a time; this number changes the result slightly
     #[arg(long, default_value_t = 12, value_name = "ROWS", value_parser = clap::value_parser!(u32).range(1..=256))]
     batch: u32,
-    /// Set a value of the study, e.g. `goal.confidence=0.99`; may be given several times.
+    /// Set a value of the study, for example `goal.confidence=0.99`; repeatable
     #[arg(long = "set", value_name = "PATH=VALUE")]
     overrides: Vec<String>,
-    /// Of a dataset: the folder from which the names of files in its study start. Default: the current one.
+    /// With a dataset: folder that contains the files its study names (default: .)
     #[arg(long, value_name = "FOLDER")]
     files_in: Option<PathBuf>,
-    /// Print the answer as JSON (schemas/best.schema.json).
+    /// Print the answer as JSON (schemas/best.schema.json)
     #[arg(long)]
     json: bool,
 }

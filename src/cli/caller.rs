@@ -129,14 +129,14 @@ pub(crate) fn commands() -> Vec<(String, String, Vec<Argument>)> {
         },
         default: one.get_default_values().first().map(|value| value.to_string_lossy().into_owned()),
         required: one.is_required_set(),
-        help: text(one.get_help()),
+        help: text(one.get_long_help().or(one.get_help())),
     };
     let shown = |one: &&clap::Arg| !one.is_hide_set() && !["json", "help"].contains(&one.get_id().as_str());
     let commands = program.get_subcommands().filter(|one| !WITHOUT_RESULT.contains(&one.get_name()));
     commands
         .map(|one| {
             let arguments = one.get_arguments().filter(shown).map(argument).collect();
-            (one.get_name().to_owned(), text(one.get_about()), arguments)
+            (one.get_name().to_owned(), text(one.get_long_about().or(one.get_about())), arguments)
         })
         .collect()
 }

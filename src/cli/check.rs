@@ -31,21 +31,23 @@ const SUGGESTED_TWINS: usize = 4;
 
 #[derive(Debug, Args)]
 pub(super) struct CheckArguments {
-    /// Study file (TOML).
+    /// Study file (TOML)
     study: PathBuf,
-    /// Threads for which the time is estimated, at most 1024; 0: one per core, or `RAYON_NUM_THREADS`.
+    /// Number of threads for the time estimate, at most 1024; 0: one per core
+    ///
+    /// With 0, `RAYON_NUM_THREADS` can set the number.
     #[arg(short, long, default_value_t = 0, value_parser = threads)]
     threads: usize,
-    /// Set a value of the study, e.g. `hammer.left.supply_bar=4.5`; may be given several times.
+    /// Set a value of the study, for example `hammer.left.supply_bar=4.5`; repeatable
     #[arg(long = "set", value_name = "PATH=VALUE")]
     overrides: Vec<String>,
-    /// Write a scatter matrix of the design (SVG), every factor against every other one.
+    /// Write a scatter matrix of the design (SVG): each factor against each other factor
     #[arg(long, value_name = "FILE")]
     scatter: Option<PathBuf>,
-    /// Relative standard error of the outputs for which the duration of a run is estimated.
+    /// Relative standard error for which the run duration is estimated
     #[arg(long, default_value_t = decore_lab::report::WANTED_ERROR, value_name = "SHARE", value_parser = wanted_error)]
     wanted_error: f64,
-    /// Print what was found as JSON (schemas/check.schema.json).
+    /// Print the result as JSON (schemas/check.schema.json)
     #[arg(long)]
     json: bool,
 }

@@ -27,30 +27,32 @@ const HYPERQUEUE_SCRIPT: &str = include_str!("../assets/sweeps/sweep_on_hyperque
 
 #[derive(Debug, Args)]
 pub(super) struct ClusterArguments {
-    /// Study file (TOML), in a folder that all machines see.
+    /// Study file (TOML), in a folder that all nodes can read
     study: PathBuf,
-    /// Number of shards, each a task.
+    /// Number of shards; each is a task
     #[arg(long, value_parser = clap::value_parser!(u64).range(1..=100_000))]
     tasks: u64,
-    /// Folder for the merged tables; shards, scripts and logs go beside it. Default: `out/` and the study's name.
+    /// Folder for the combined tables (default: out/STUDY)
+    ///
+    /// Shards, scripts and logs are written next to it.
     #[arg(short, long)]
     output: Option<PathBuf>,
-    /// Threads (cores) of each task.
+    /// Threads (cores) of each task
     #[arg(short, long, default_value_t = 1, value_parser = clap::value_parser!(u64).range(1..))]
     threads: u64,
-    /// Set a value of the study, e.g. `hammer.left.supply_bar=4.5`; may be given several times.
+    /// Set a value of the study, for example `hammer.left.supply_bar=4.5`; repeatable
     #[arg(long = "set", value_name = "PATH=VALUE")]
     overrides: Vec<String>,
-    /// Stop a task when more of its rows than this are not done.
+    /// Stop a task when more than this number of its rows have failed
     #[arg(long, value_name = "ROWS")]
     max_failed: Option<u64>,
-    /// Times a row that diverged is run again.
+    /// Retry diverged rows this many times
     #[arg(long, value_name = "TIMES")]
     retries: Option<u32>,
     /// Built-in test scene, as for `run`.
     #[arg(long, value_name = "MS", hide = true)]
     stub_row_ms: Option<f64>,
-    /// Print what was written as JSON (schemas/written.schema.json).
+    /// Print the list of written files as JSON (schemas/written.schema.json)
     #[arg(long)]
     json: bool,
 }
@@ -59,11 +61,10 @@ pub(super) struct ClusterArguments {
 pub(super) struct SlurmArguments {
     #[command(flatten)]
     cluster: ClusterArguments,
-    /// A further option of the array's tasks, as `sbatch` takes it, e.g. `--sbatch=--time=08:00:00`; may be given several
-    /// times.
+    /// Option for `sbatch`, for example `--sbatch=--time=08:00:00`; repeatable
     #[arg(long = "sbatch", value_name = "OPTION", allow_hyphen_values = true)]
     options: Vec<String>,
-    /// Submit both jobs; otherwise the commands are printed.
+    /// Submit both jobs instead of printing the commands
     #[arg(long)]
     submit: bool,
 }

@@ -22,22 +22,24 @@ const SHOWN_HASH: usize = 12;
 
 #[derive(Debug, Args)]
 pub(super) struct CompareArguments {
-    /// Folder of the first dataset, A.
+    /// Folder of the first dataset
     #[arg(value_name = "A")]
     first: PathBuf,
-    /// Folder of the second dataset, B.
+    /// Folder of the second dataset
     #[arg(value_name = "B")]
     second: PathBuf,
-    /// Columns of the table of runs. Default: the main outputs, those whose scatter `[outputs] twins` measures.
+    /// Columns of the table of runs
+    ///
+    /// By default: the main outputs, whose scatter `[outputs] twins` measures.
     #[arg(short, long = "output", num_args = 1.., value_name = "NAME")]
     outputs: Vec<String>,
-    /// Relative difference from which on numbers without a measured scatter differ.
+    /// Relative difference that counts where no scatter was measured
     #[arg(long, default_value_t = ComparisonSettings::default().relative, value_name = "SHARE", value_parser = share)]
     relative: f64,
-    /// Rows that are listed at most, of each kind; all are counted.
+    /// Number of rows to list of each kind; all rows are counted
     #[arg(long, default_value_t = ComparisonSettings::default().most, value_name = "ROWS")]
     most: usize,
-    /// Print the difference as JSON (schemas/comparison.schema.json).
+    /// Print the differences as JSON (schemas/comparison.schema.json)
     #[arg(long)]
     json: bool,
 }

@@ -14,19 +14,21 @@ use super::written::Written;
 
 #[derive(Debug, Args)]
 pub(super) struct CompletionsArguments {
-    /// The shell.
+    /// Your shell
     shell: Shell,
 }
 
 #[derive(Debug, Args)]
 pub(super) struct ManArguments {
-    /// Folder to write to, made where it is not there: `decore.1` and `decore-COMMAND.1` for each command.
+    /// Folder to write to
+    ///
+    /// It gets `decore.1`, and `decore-COMMAND.1` for each command.
     #[arg(short, long, value_name = "FOLDER")]
     output: PathBuf,
-    /// Write over pages that are there.
+    /// Replace existing files
     #[arg(long)]
     replace: bool,
-    /// Print what was written as JSON (schemas/written.schema.json).
+    /// Print the list of written files as JSON (schemas/written.schema.json)
     #[arg(long)]
     json: bool,
 }

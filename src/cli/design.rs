@@ -13,15 +13,17 @@ use decore_study::engine::design_table;
 
 #[derive(Debug, Args)]
 pub(super) struct DesignArguments {
-    /// Study file (TOML).
+    /// Study file (TOML)
     study: PathBuf,
-    /// File to write, Parquet or CSV by its extension: the row's index and a column `factor_NAME` per factor.
+    /// File to write: `.parquet` or `.csv`
+    ///
+    /// The table has the row number and a column `factor_NAME` for each factor.
     #[arg(short, long, value_name = "FILE")]
     output: PathBuf,
-    /// Set a value of the study, e.g. `design.rows=500`; may be given several times.
+    /// Set a value of the study, for example `design.rows=500`; repeatable
     #[arg(long = "set", value_name = "PATH=VALUE")]
     overrides: Vec<String>,
-    /// Print what was written as JSON (schemas/written.schema.json).
+    /// Print the list of written files as JSON (schemas/written.schema.json)
     #[arg(long)]
     json: bool,
 }

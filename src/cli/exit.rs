@@ -86,9 +86,9 @@ pub(crate) enum Failure {
     Threads(#[from] ThreadCountError),
     #[error("{0}")]
     Argument(String),
-    #[error("failed to write {path}: {source} ({})", remedy(path, source))]
+    #[error("{}", not_written(path, source))]
     Write { path: String, source: std::io::Error },
-    #[error("failed to write to standard output: {0} (what was to be printed is not whole)")]
+    #[error("failed to write to standard output: {0} (the printed text is incomplete)")]
     Print(std::io::Error),
 }
 
@@ -204,15 +204,27 @@ impl From<PageError> for Failure {
     }
 }
 
-/// What to do about a file that cannot be written.
-fn remedy(path: &str, source: &std::io::Error) -> String {
+/// Names the file that cannot be written, the reason, and what to do.
+fn not_written(path: &str, source: &std::io::Error) -> String {
     let folder = Path::new(path).parent().filter(|folder| !folder.as_os_str().is_empty());
-    match (source.kind(), folder) {
-        (ErrorKind::NotFound, Some(folder)) => format!("make the folder {} first", folder.display()),
-        (ErrorKind::IsADirectory, _) => "it is a folder: give the name of a file".to_owned(),
-        (ErrorKind::NotADirectory, _) => "a folder of that name is a file: give another place".to_owned(),
-        _ => "check free space and permissions".to_owned(),
-    }
+    let (reason, advice) = match (source.kind(), folder) {
+        (ErrorKind::NotFound, Some(folder)) if !folder.exists() => (
+            format!("the folder {} does not exist", folder.display()),
+            format!("make the folder {} first, or give another one", folder.display()),
+        ),
+        (ErrorKind::IsADirectory, _) => ("it is a folder".to_owned(), "give the name of a file".to_owned()),
+        (ErrorKind::NotADirectory, _) => {
+            ("a part of this path is a file, where a folder is needed".to_owned(), "give another place".to_owned())
+        }
+        (ErrorKind::PermissionDenied, _) => {
+            (source.to_string(), "give another folder, or change the permissions".to_owned())
+        }
+        (ErrorKind::StorageFull | ErrorKind::QuotaExceeded, _) => {
+            (source.to_string(), "check free space, or give another folder".to_owned())
+        }
+        _ => (source.to_string(), "check free space and permissions".to_owned()),
+    };
+    format!("failed to write {path}: {reason}; {advice}")
 }
 
 /// Writes a file that is either whole or as it was before.

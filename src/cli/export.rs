@@ -18,34 +18,39 @@ const KINDS: [&str; 5] = ["features", "dictionary", "dictionary", "metadata", "c
 
 #[derive(Debug, Args)]
 pub(super) struct ExportArguments {
-    /// Folder of the dataset.
+    /// Folder of the dataset
     dataset: PathBuf,
-    /// Folder for the flat table that a predictor is trained on, a row per run and casting, and for what describes it.
+    /// Folder for the table and its dictionary
+    ///
+    /// The table has one row per run and casting.
     #[arg(long, value_name = "FOLDER", required = true)]
     features: PathBuf,
-    /// Format of the table.
+    /// Format of the table
     #[arg(long, default_value = Format::default().name(), value_parser = format())]
     format: Format,
-    /// Energy in J from which a blow counts in the dose.
+    /// Count only blows with at least this energy in the dose, in J
     #[arg(long, default_value_t = 0.0, value_name = "J", value_parser = not_negative)]
     dose_threshold_j: f64,
-    /// Cumulative work in J whose time is to be a column.
+    /// Add a column: the time at which the cumulative work reaches this value, in J
     #[arg(long, value_name = "J", value_parser = not_negative)]
     work_j: Option<f64>,
-    /// Shares of the rows for training and testing, or for training, validation and testing, e.g. 0.7,0.15,0.15: no group of rows
-    /// that belong together is in two parts.
+    /// Shares for training and testing, or training, validation and testing
+    ///
+    /// Example: 0.7,0.15,0.15. Rows of one group are never in two parts.
     #[arg(long, value_name = "SHARES", value_delimiter = ',')]
     splits: Vec<f64>,
-    /// Seed of the numbers by which groups go to the parts.
+    /// Seed for the assignment of groups to parts
     #[arg(long, default_value_t = 0, requires = "splits")]
     seed: u64,
-    /// Also keep together what is on one machine, or what a design got at once when it grew.
+    /// Further reasons to keep rows together
+    ///
+    /// `machine`: rows on the same machine. `grown_part`: rows that were added to a Latin hypercube at the same time.
     #[arg(long, value_name = "REASON", value_delimiter = ',', value_parser = reason())]
     group_by: Vec<GroupBy>,
-    /// Write over the files of an earlier export.
+    /// Replace existing files
     #[arg(long)]
     replace: bool,
-    /// Print what was written as JSON (schemas/written.schema.json).
+    /// Print the list of written files as JSON (schemas/written.schema.json)
     #[arg(long)]
     json: bool,
 }

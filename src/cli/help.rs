@@ -17,14 +17,8 @@ const GUIDE_COLUMNS: usize = 80;
 
 #[derive(Debug, Args)]
 pub(super) struct HelpArguments {
-    /// A command, or a page of the guide.
+    /// A command or a page of the guide
     topic: Option<String>,
-}
-
-/// The pages of the guide, as the help of the whole program lists them.
-pub(super) fn topics() -> String {
-    let lines = TOPICS.iter().map(|topic| format!("  {:<10}  {}\n", topic.name, topic.about));
-    format!("The guide (decore help TOPIC):\n{}", lines.collect::<String>())
 }
 
 pub(super) fn help(mut program: Command, arguments: &HelpArguments) -> Result<Exit, Failure> {

@@ -14,10 +14,10 @@ use decore_study::template;
 
 #[derive(Debug, Args)]
 pub(super) struct InitArguments {
-    /// File to write; `-` for standard output.
+    /// File to write; `-` prints the study
     #[arg(default_value = "study.toml")]
     file: PathBuf,
-    /// Print what was written as JSON (schemas/written.schema.json).
+    /// Print the list of written files as JSON (schemas/written.schema.json)
     #[arg(long)]
     json: bool,
 }

@@ -18,20 +18,29 @@ use decore_quantity::words::{did_you_mean, nearest};
 
 #[derive(Debug, Args)]
 pub(super) struct MeasuredArguments {
-    /// Measurement to set beside the row's signals: a CSV or Parquet file with a column of times and one per channel.
+    /// Compare the row's signals with this measurement (CSV or Parquet)
+    ///
+    /// The file needs a column of times and a column for each channel.
     #[arg(long, value_name = "FILE", requires = "channels")]
     measured: Option<PathBuf>,
-    /// A channel of the measurement: the signal that it measures, its column, its unit (m/s unless given; with a minus before it the sign
-    /// is turned), e.g. `left_arm_velocity_m_s=vibrometer_2:mm/s`; may be given several times.
+    /// Signal, and the column and unit that measure it; repeatable
+    ///
+    /// Example: `left_arm_velocity_m_s=vibrometer_2:mm/s`. The default unit is m/s. A minus before the unit reverses the sign.
     #[arg(long = "channel", value_name = "SIGNAL=COLUMN[:UNIT]", requires = "measured", value_parser = channel)]
     channels: Vec<Channel>,
-    /// Column of the measurement's times, and their unit (s unless given: s, ms or us), e.g. `Time [ms]:ms`.
+    /// Column of the measured times, and its unit (s, ms or us)
+    ///
+    /// Example: `Time [ms]:ms`. The default unit is s.
     #[arg(long, default_value = "time_s", value_name = "COLUMN[:UNIT]", requires = "measured", value_parser = time_column)]
     time_column: MeasuredColumn,
-    /// Time in s by which the measurement's clock is ahead of the row's. Default: where signal and channel correlate best.
+    /// Time by which the measurement's clock is ahead, in s
+    ///
+    /// By default, the offset with the best correlation of signal and channel.
     #[arg(long, value_name = "SECONDS", requires = "measured", allow_hyphen_values = true)]
     offset_s: Option<f64>,
-    /// Cut-off frequency of the zero-phase low-pass that both pass before they are compared; 0: none.
+    /// Cut-off in Hz of the low-pass before the comparison; 0: none
+    ///
+    /// The zero-phase low-pass applies to both signal and channel.
     #[arg(long, default_value_t = LOW_PASS_HZ, value_name = "HZ", requires = "measured")]
     low_pass_hz: f64,
 }

@@ -15,16 +15,16 @@ use decore_lab::report::{ReportSettings, summarise};
 
 #[derive(Debug, Args)]
 pub(super) struct MergeArguments {
-    /// Folders of all shards of one sweep.
+    /// Folders of all shards of one sweep
     #[arg(required = true)]
     shards: Vec<PathBuf>,
-    /// Folder for the dataset of all rows.
+    /// Folder for the combined dataset
     #[arg(short, long)]
     output: PathBuf,
-    /// Replace a dataset that is already in the folder.
+    /// Replace a dataset that is already in the folder
     #[arg(long)]
     replace: bool,
-    /// Print the summary as JSON (schemas/report.schema.json).
+    /// Print the summary as JSON (schemas/report.schema.json)
     #[arg(long)]
     json: bool,
 }

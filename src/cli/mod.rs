@@ -26,6 +26,7 @@ mod merge;
 mod mobility;
 mod more_rows;
 mod outputs;
+mod overview;
 mod paper;
 mod progress;
 mod refine;
@@ -48,7 +49,8 @@ mod written;
 
 use std::process::ExitCode;
 
-use clap::{CommandFactory, Parser, Subcommand};
+use clap::{FromArgMatches, Parser, Subcommand};
+use overview::program;
 
 pub use exit::Exit;
 pub(crate) use exit::Failure;
@@ -56,80 +58,84 @@ pub use schemas::output_schemas;
 
 use decore_model::run::thread_count;
 
-/// What the exit codes mean, as `--help` shows it.
-const EXIT_CODES: &str = "Exit codes:
-  0  all rows are done
-  2  the command line, the study or the machine is wrong; nothing was run or written
-  3  results or what was to be printed could not be written; what is on disk is whole
-  4  finished, but some rows are not done (audit failed, invalid, diverged, budget exhausted); the table
-     says why; check: no row can run; analyse: intervals are not as narrow as --grow-until asks
-  5  interrupted; the rows that had started are finished and written: the same command goes on
-  6  more rows failed than --max-failed allows; what is done is written
-  7  another decore writes to the dataset, or changed it while it was read
-  8  files of the dataset are damaged, missing or foreign; verify: rows still to come are missing too
-  9  compare: the datasets differ";
-
-/// Coupled simulation of pneumatic de-coring hammers, castings and a reduced machine structure.
+/// Simulate pneumatic de-coring hammers, castings and the machine that carries them
+///
+/// Start with `decore init`, then `decore check` and `decore run`.
 #[derive(Debug, Parser)]
-#[command(name = "decore", version, about, disable_help_subcommand = true)]
-#[command(after_help = format!("{}\n{EXIT_CODES}", help::topics()))]
+#[command(name = "decore", version, disable_help_subcommand = true)]
 struct Arguments {
     #[command(subcommand)]
     command: Command,
 }
 
+/// The commands in the order of [`overview::GROUPS`].
 #[derive(Debug, Subcommand)]
 enum Command {
-    /// Run all rows of a study and write its tables.
-    Run(run::RunArguments),
-    /// Validate a study; print its size, the machine's modes, and the time it will take.
-    Check(check::CheckArguments),
-    /// Write the rows of a study's design to a file, without running them.
-    Design(design::DesignArguments),
-    /// Compare a machine's reduction with its full model: frequencies, shapes, statics, mobilities, time and memory.
-    Structure(structure::StructureArguments),
-    /// Simulate one row of a study and print all its outputs.
-    Scene(scene::SceneArguments),
-    /// Measure speed against error on one row of a study.
-    Accuracy(accuracy::AccuracyArguments),
-    /// Tell how far sweeps are or how they ended.
-    Status(status::StatusArguments),
-    /// Read all files of datasets and say whether they are whole.
-    Verify(verify::VerifyArguments),
-    /// Summarise a dataset: best rows, ranges, distributions.
-    Report(report::ReportArguments),
-    /// Tell which factors matter to a dataset's outputs: Sobol' indices or elementary effects, with intervals.
-    Analyse(analyse::AnalyseArguments),
-    /// Model a dataset's outputs, so that rows not run can be predicted, with intervals.
-    Surrogate(surrogate::SurrogateArguments),
-    /// Predict the rows of a table with models that `decore surrogate` wrote.
-    Predict(surrogate::PredictArguments),
-    /// Run a table of rows, and add those that teach or promise the most, batch by batch.
-    Refine(refine::RefineArguments),
-    /// Find the best values for the study's goal, and prove them by runs.
-    Best(best::BestArguments),
-    /// Find the dose at which cores are out from tests, and the time until the cores of each row are out.
-    Cores(cores::CoresArguments),
-    /// Compare two datasets: rows matched by their factors, outputs beyond their scatter listed.
-    Compare(compare::CompareArguments),
-    /// Write a dataset as a flat table that predictors are trained on, with its dictionary.
-    Export(export::ExportArguments),
-    /// Make one dataset of the shards of a sweep.
-    Merge(merge::MergeArguments),
-    /// Set the publication that the model follows beside what decore gives for its rig: figures, differences, why.
-    Paper(paper::PaperArguments),
-    /// Write, and on request submit, a Slurm job array for a sweep and the job that merges its shards.
-    Slurm(cluster::SlurmArguments),
-    /// Write a Python script that runs a sweep and its merge on HyperQueue.
-    Hyperqueue(cluster::HyperQueueArguments),
-    /// Write a commented study to start from.
+    /// Write a commented study to start from
     Init(init::InitArguments),
-    /// Print a script by which a shell completes the command line.
-    Completions(completions::CompletionsArguments),
-    /// Write a manual page of the program and of each command.
-    Man(completions::ManArguments),
-    /// Print the help of a command or a page of the guide.
+    /// Check a study: mistakes, size, time it will take
+    Check(check::CheckArguments),
+    /// Simulate one row of a study and print all its outputs
+    Scene(scene::SceneArguments),
+    /// Run all rows of a study and store the results
+    ///
+    /// Run the same command again to continue after a stop. Results do not depend on the number of threads or on stops.
+    Run(run::RunArguments),
+    /// Show how far a sweep is, or how it ended
+    Status(status::StatusArguments),
+    /// Find the best values for the study's goal and confirm them by runs
+    Best(best::BestArguments),
+    /// Run a table of rows and add the most useful ones, batch by batch
+    ///
+    /// Choose one aim: --learn, --maximise, --minimise, --boundary, --failures or --goal.
+    Refine(refine::RefineArguments),
+    /// Write the rows of a design to a file without running them
+    Design(design::DesignArguments),
+    /// Summarise a dataset: best rows, ranges, distributions
+    Report(report::ReportArguments),
+    /// Rank the factors by their influence on each output
+    ///
+    /// Prints Sobol' indices or elementary effects with 95 % intervals, depending on the design.
+    #[command(alias = "analyze")]
+    Analyse(analyse::AnalyseArguments),
+    /// List the outputs that differ between two datasets
+    ///
+    /// Rows with the same factors are compared. Differences within the scatter of an output are not listed.
+    Compare(compare::CompareArguments),
+    /// Fit models that predict the outputs of a dataset
+    Surrogate(surrogate::SurrogateArguments),
+    /// Predict results without running them
+    ///
+    /// Uses models that `decore surrogate --output` wrote. Each prediction has a 95 % interval.
+    Predict(surrogate::PredictArguments),
+    /// Predict when cores are out, from tests of cores
+    ///
+    /// Finds the dose at which the tested cores broke, and the time until the cores of each row are out, with intervals.
+    Cores(cores::CoresArguments),
+    /// Write a flat table to train predictors, with its dictionary
+    Export(export::ExportArguments),
+    /// Check that all files of a dataset are intact
+    Verify(verify::VerifyArguments),
+    /// Compare the reduced machine with its full finite element model
+    ///
+    /// Compares frequencies, mode shapes, static flexibility and mobilities, and measures time and memory.
+    Structure(structure::StructureArguments),
+    /// Measure speed and error of the solver settings on one row
+    Accuracy(accuracy::AccuracyArguments),
+    /// Write a Slurm job array for a sweep, and submit it on request
+    Slurm(cluster::SlurmArguments),
+    /// Write a Python script that runs a sweep on HyperQueue
+    Hyperqueue(cluster::HyperQueueArguments),
+    /// Combine the shards of a sweep into one dataset
+    Merge(merge::MergeArguments),
+    /// Print the help of a command or a page of the guide
     Help(help::HelpArguments),
+    /// Compare decore with the results of the paper
+    Paper(paper::PaperArguments),
+    /// Print a completion script for your shell
+    Completions(completions::CompletionsArguments),
+    /// Write manual pages of the program and of each command
+    Man(completions::ManArguments),
 }
 
 /// Runs the command line of this process.
@@ -154,7 +160,8 @@ pub fn run() -> ExitCode {
 /// The command that the command line asks for; `None` where it was for `--help` or `--version`, which are printed here. A
 /// command line that is wrong ends the process with [`Exit::BadInput`].
 fn parse() -> Result<Option<Command>, Failure> {
-    match Arguments::try_parse() {
+    let matches = program().try_get_matches();
+    match matches.and_then(|matches| Arguments::from_arg_matches(&matches)) {
         Ok(arguments) => Ok(Some(arguments.command)),
         Err(error) if error.use_stderr() => error.exit(),
         Err(help) => text::printed(help.print()).map(|()| None),
@@ -185,9 +192,9 @@ fn execute(command: Command) -> Result<Exit, Failure> {
         Command::Slurm(arguments) => cluster::slurm(&arguments),
         Command::Hyperqueue(arguments) => cluster::hyperqueue(&arguments),
         Command::Init(arguments) => init::init(&arguments),
-        Command::Completions(arguments) => completions::completions(Arguments::command(), &arguments),
-        Command::Man(arguments) => completions::man(Arguments::command(), &arguments),
-        Command::Help(arguments) => help::help(Arguments::command(), &arguments),
+        Command::Completions(arguments) => completions::completions(program(), &arguments),
+        Command::Man(arguments) => completions::man(program(), &arguments),
+        Command::Help(arguments) => help::help(program(), &arguments),
     }
 }
 

@@ -21,10 +21,12 @@ const VALUE: usize = 16;
 
 #[derive(Debug, Args)]
 pub(super) struct PaperArguments {
-    /// Print the comparison as JSON (schemas/paper.schema.json).
+    /// Print the comparison as JSON (schemas/paper.schema.json)
     #[arg(long)]
     json: bool,
-    /// Write the comparison as one HTML page, with our mobilities for the paper's Figure 14.
+    /// Write the comparison as an HTML page
+    ///
+    /// The page also shows the mobilities of the paper's Figure 14.
     #[arg(long, value_name = "FILE")]
     html: Option<PathBuf>,
 }

@@ -19,57 +19,69 @@ use decore_study::{CheckedStudy, Study};
 #[derive(Debug, Args)]
 #[command(group = ArgGroup::new("aim").required(true).args(["learn", "maximise", "minimise", "boundary", "failures", "goal"]))]
 pub(super) struct RefineArguments {
-    /// Study file (TOML) whose design is `kind = "table"`: to its file of rows (CSV) further ones are added.
+    /// Study file with `design.kind = "table"`
+    ///
+    /// New rows are appended to the design's file of rows (CSV).
     study: PathBuf,
-    /// Folder for the tables. Default: `out/` and the study's name.
+    /// Folder for the tables (default: out/STUDY)
     #[arg(short, long)]
     output: Option<PathBuf>,
-    /// Add rows that make models of these columns of the table of runs predict best.
+    /// Add rows that improve the models of these columns
     #[arg(long, num_args = 1.., value_name = "NAME")]
     learn: Vec<String>,
-    /// Add rows that promise more of this column.
+    /// Add rows that may increase this column
     #[arg(long, value_name = "NAME")]
     maximise: Option<String>,
-    /// Add rows that promise less of this column.
+    /// Add rows that may decrease this column
     #[arg(long, value_name = "NAME")]
     minimise: Option<String>,
-    /// Add rows that show where this limit is passed, e.g. `max_casting_point_velocity_m_s<=1.5`.
+    /// Add rows near this limit, for example `max_casting_point_velocity_m_s<=1.5`
     #[arg(long, value_name = "NAME<=VALUE")]
     boundary: Option<Limit>,
-    /// Add rows that show where rows fail: where they are not done, whatever the reason.
+    /// Add rows near the boundary between done and failed rows
     #[arg(long)]
     failures: bool,
-    /// Add rows that narrow the choice by the study's [goal]; factors that are uncertain are not chosen. Prints its answer in the end.
+    /// Add rows that help to answer the study's [goal]
+    ///
+    /// Uncertain factors are not chosen. The answer is printed at the end.
     #[arg(long)]
     goal: bool,
-    /// What must hold of the best row, e.g. `max_casting_point_velocity_m_s<=1.5`; may be given several times.
+    /// Constraint on the best row, for example `total_air_used_nl<=300`; repeatable
     #[arg(long = "limit", value_name = "NAME<=VALUE", conflicts_with_all = ["learn", "boundary", "failures", "goal"])]
     limits: Vec<Limit>,
-    /// With --learn: stop when each column's Q2, as `decore surrogate` tells it, is at least this.
+    /// With --learn: stop when the Q2 of each column is at least this
+    ///
+    /// `decore surrogate` prints the same Q2.
     #[arg(long, default_value_t = 0.95, value_name = "Q2", value_parser = q2, conflicts_with_all = NOT_LEARNT)]
     until_q2: f64,
-    /// With --learn: in place of a Q2 of this column, its 95 % intervals of new rows are to be so wide at most, on average over the
-    /// ranges of the factors, in its unit, e.g. `delivered_work_j=5`; may be given several times.
+    /// With --learn: stop when the 95 % intervals are this narrow; repeatable
+    ///
+    /// Example: `delivered_work_j=5`, in the column's unit. The width is the average over the ranges of the factors. It replaces the Q2 of
+    /// this column.
     #[arg(long, value_name = "NAME=WIDTH", value_parser = width, conflicts_with_all = NOT_LEARNT)]
     until_width: Vec<(String, f64)>,
-    /// With --maximise or --minimise: stop when no run is expected to improve the best row by so much, in the column's unit. Default:
-    /// when the rows are spent.
+    /// With --maximise or --minimise: stop when no run promises a larger gain
+    ///
+    /// The gain is in the column's unit. By default, all rows are used.
     #[arg(long, value_name = "GAIN", value_parser = positive, conflicts_with_all = ["learn", "boundary", "failures", "goal"])]
     until_gain: Option<f64>,
-    /// With --boundary or --failures: stop when the model takes no more than this share of the ranges for the wrong side of the limit,
-    /// or of where rows fail, as it expects itself.
+    /// With --boundary or --failures: stop when this share of the ranges is unsure
+    ///
+    /// The share is the model's own estimate of points on the wrong side.
     #[arg(long, default_value_t = 0.01, value_name = "SHARE", value_parser = positive, conflicts_with_all = OPTIMA, conflicts_with_all = ["learn", "goal"])]
     until_unsure: f64,
-    /// Rows that are added at a time; the rows depend on it.
+    /// Rows that are added at a time; this number changes the result slightly
     #[arg(long, default_value_t = 4, value_name = "ROWS", value_parser = clap::value_parser!(u64).range(1..=256))]
     batch: u64,
-    /// Rows that the design has in the end, at most: no batch begins that would go beyond.
+    /// Maximum number of rows of the design
     #[arg(long, value_name = "ROWS")]
     most_rows: u64,
-    /// Set a value of the study, e.g. `hammer.left.supply_bar=4.5`; may be given several times.
+    /// Set a value of the study, for example `hammer.left.supply_bar=4.5`; repeatable
     #[arg(long = "set", value_name = "PATH=VALUE")]
     overrides: Vec<String>,
-    /// Print how far it came as JSON (schemas/refinement.schema.json; with --goal schemas/best.schema.json).
+    /// Print the progress as JSON (schemas/refinement.schema.json)
+    ///
+    /// With --goal, print the answer (schemas/best.schema.json).
     #[arg(long)]
     json: bool,
 }

@@ -20,25 +20,32 @@ use decore_study::engine::checked;
 
 #[derive(Debug, Args)]
 pub(super) struct ReportArguments {
-    /// Folder of the dataset.
+    /// Folder of the dataset
     dataset: PathBuf,
-    /// Column of the table of runs by which rows are ranked, its better end first; `-NAME`: the other end first.
+    /// Rank the rows by this column; `-NAME` reverses the order
+    ///
+    /// The better end comes first. Any number column of the table of runs can be used.
     #[arg(long, default_value = decore_lab::report::DEFAULT_RANKING, allow_hyphen_values = true)]
     rank_by: String,
-    /// Number of best rows, from 1 on.
+    /// Number of best rows, at least 1
     #[arg(long, default_value_t = ReportSettings::default().best, value_name = "ROWS", value_parser = best)]
     best: usize,
-    /// Write the dataset as one page of HTML to look through in a browser, instead of printing the summary; needs no network.
+    /// Write an HTML page instead of the summary
+    ///
+    /// The page shows the whole dataset in a browser and needs no network.
     #[arg(long, value_name = "FILE")]
     html: Option<PathBuf>,
-    /// With --html: the folder from which the names of files in the dataset's study start; needed to answer its goal. Default: the
-    /// current one.
+    /// With --html: folder that contains the files the study names (default: .)
+    ///
+    /// The page needs them to answer the study's goal.
     #[arg(long, value_name = "FOLDER", requires = "html")]
     files_in: Option<PathBuf>,
-    /// Relative standard error of the outputs for which the report states the duration that rows need.
+    /// Relative standard error for which the run duration is estimated
     #[arg(long, default_value_t = decore_lab::report::WANTED_ERROR, value_name = "SHARE", value_parser = wanted_error)]
     wanted_error: f64,
-    /// Print the summary as JSON (schemas/report.schema.json); with --html, what was written (schemas/written.schema.json).
+    /// Print the summary as JSON (schemas/report.schema.json)
+    ///
+    /// With --html, print the list of written files (schemas/written.schema.json).
     #[arg(long)]
     json: bool,
 }

@@ -36,45 +36,57 @@ static FOLDER: OnceLock<PathBuf> = OnceLock::new();
 
 #[derive(Debug, Args)]
 pub(super) struct RunArguments {
-    /// Study file (TOML).
+    /// Study file (TOML)
     study: PathBuf,
-    /// Folder for the tables; one that holds rows of the same study is continued. Default: `out/` and the study's name,
-    /// for a shard `out/<study>.shards/shard-<i>-of-<n>`.
+    /// Folder for the tables (default: out/STUDY)
+    ///
+    /// A folder that already contains rows of the same study is continued. The default for a shard is `out/STUDY.shards/shard-I-of-N`.
     #[arg(short, long)]
     output: Option<PathBuf>,
-    /// Threads that run rows, at most 1024; 0: one per core, or `RAYON_NUM_THREADS`. Results do not depend on it.
+    /// Number of threads, at most 1024; 0: one per core
+    ///
+    /// With 0, `RAYON_NUM_THREADS` can set the number. Results do not depend on the number of threads.
     #[arg(short, long, default_value_t = 0, value_parser = text::threads)]
     threads: usize,
-    /// Start anew: replace a dataset that is already in the folder.
+    /// Replace a dataset that is already in the folder
     #[arg(long)]
     replace: bool,
-    /// Run the rows again that are there and not done (audit failed, invalid, diverged, budget exhausted), and no others: with larger
-    /// budgets (`solver.max_steps`, `solver.max_wall_time_s`, `--retries`). Rows that are done keep their place.
+    /// Run only the failed rows again, for example with a larger `solver.max_steps`
+    ///
+    /// A row has failed if its status is audit failed, invalid, diverged or budget exhausted. Raise a budget with `--set
+    /// solver.max_steps=...`, `--set solver.max_wall_time_s=...` or `--retries`. Rows that are done keep their results.
     #[arg(long, conflicts_with_all = ["replace", "rows"])]
     only_failed: bool,
-    /// Run these rows again, and no others, e.g. `3,17-20`. One that ends as not done takes no place of one that is.
+    /// Run only these rows again, for example `3,17-20`
+    ///
+    /// A failed re-run does not replace a finished row.
     #[arg(long, value_name = "ROWS", conflicts_with = "replace")]
     rows: Option<RowList>,
-    /// Set a value of the study, e.g. `hammer.left.supply_bar=4.5`; may be given several times.
+    /// Set a value of the study, for example `hammer.left.supply_bar=4.5`; repeatable
     #[arg(long = "set", value_name = "PATH=VALUE")]
     overrides: Vec<String>,
-    /// Column of the table of runs by which the summary ranks rows, its better end first; `-NAME`: the other end first.
+    /// Rank the rows in the summary by this column; `-NAME` reverses the order
+    ///
+    /// The better end comes first. Any number column of the table of runs can be used.
     #[arg(long, default_value = decore_lab::report::DEFAULT_RANKING, allow_hyphen_values = true)]
     rank_by: String,
-    /// Run only the i-th of n shares of the rows; `decore merge` makes one dataset of them.
+    /// Run only the I-th of N shares of the rows
+    ///
+    /// `decore merge` combines the shards into one dataset.
     #[arg(long, value_name = "I/N")]
     shard: Option<Shard>,
-    /// Stop when more rows than this are not done (audit failed, invalid, diverged, budget exhausted), those of earlier runs included.
-    /// Default: no limit.
+    /// Stop when more than this number of rows have failed (default: no limit)
+    ///
+    /// A row has failed if its status is audit failed, invalid, diverged or budget exhausted. Rows of earlier runs count too.
     #[arg(long, value_name = "ROWS")]
     max_failed: Option<u64>,
-    /// Times a row that diverged is run again, each time with a hundredth of the tolerance before.
+    /// Retry diverged rows this many times, with a 100 times tighter tolerance each time
     #[arg(long, default_value_t = DEFAULT_RETRIES, value_name = "TIMES")]
     retries: u32,
-    /// Write how the sweep ended to this file (JSON) when it ends.
+    /// Write the final status of the sweep to this file (JSON)
     #[arg(long, value_name = "FILE")]
     summary: Option<PathBuf>,
-    /// Print the summary as JSON (schemas/report.schema.json).
+    /// Print the summary as JSON (schemas/report.schema.json)
     #[arg(long)]
     json: bool,
     /// Built-in test scene: rows that take this time in ms and whose outcomes are made up.

@@ -28,30 +28,36 @@ use decore_study::engine::{Engine, EngineError, RowRunner};
 
 #[derive(Debug, Args)]
 pub(super) struct SceneArguments {
-    /// Study file (TOML), or the folder of a dataset: then its study is run as it was, and the row compared with the stored one.
+    /// Study file (TOML), or folder of a dataset
+    ///
+    /// With a dataset, its study is run as it was, and the row is compared with the stored one.
     study: PathBuf,
-    /// Row of the design.
+    /// Row of the design
     #[arg(short, long, default_value_t = 0)]
     row: usize,
-    /// Set a value of the study, e.g. `hammer.left.supply_bar=4.5`; may be given several times.
+    /// Set a value of the study, for example `hammer.left.supply_bar=4.5`; repeatable
     #[arg(long = "set", value_name = "PATH=VALUE")]
     overrides: Vec<String>,
-    /// Print the outcome as JSON (schemas/scene.schema.json).
+    /// Print the outputs as JSON (schemas/scene.schema.json)
     #[arg(long)]
     json: bool,
-    /// Also write time signals to this Parquet file.
+    /// Also write the signals over time to this Parquet file
     #[arg(long, value_name = "FILE")]
     signals: Option<PathBuf>,
-    /// Also draw motions, casting, work and machine over time to this file (SVG).
+    /// Also draw the motion, casting, work and machine over time (SVG)
     #[arg(long, value_name = "FILE")]
     plot: Option<PathBuf>,
-    /// Also write the row as one page of HTML: the mechanism in motion, all signals, spectra, blows; needs no network.
+    /// Also write the row as an HTML page: animation, all signals, spectra, blows
+    ///
+    /// The page needs no network.
     #[arg(long, value_name = "FILE")]
     html: Option<PathBuf>,
-    /// Folder in which the file names of a dataset's study start.
+    /// With a dataset: folder that contains the files its study names
     #[arg(long, default_value = ".", value_name = "FOLDER")]
     files_in: PathBuf,
-    /// Interval in s of the signals that --signals writes; what is drawn or compared has its own.
+    /// Interval of the signals that --signals writes, in s
+    ///
+    /// Plots and comparisons use their own interval.
     #[arg(long, default_value_t = 1e-4, value_name = "SECONDS", requires = "signals")]
     signal_interval_s: f64,
     #[command(flatten)]

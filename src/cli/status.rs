@@ -15,10 +15,10 @@ use decore_dataset::{DatasetReader, SweepState, SweepStatus};
 
 #[derive(Debug, Args)]
 pub(super) struct StatusArguments {
-    /// Folders of datasets, or of the shards of one.
+    /// Folders of datasets or shards
     #[arg(required = true)]
     datasets: Vec<PathBuf>,
-    /// Print the status of each as JSON (schemas/status.schema.json).
+    /// Print the status of each folder as JSON (schemas/status.schema.json)
     #[arg(long)]
     json: bool,
 }

@@ -31,36 +31,42 @@ const SLOW_ROWS: usize = 20_000;
 
 #[derive(Debug, Args)]
 pub(super) struct StructureArguments {
-    /// Study file (TOML), or a file with the table `[structure]` alone. A study's mounts and fixtures are the interface; a
-    /// structure alone has all its points as interface, in all directions that carry mass or stiffness.
+    /// Study file (TOML), or a file with the table `[structure]` alone
+    ///
+    /// With a study, the hammers' mounts and the fixtures' points are the interface. A structure alone uses all its points, in all
+    /// directions that have mass or stiffness.
     file: PathBuf,
-    /// Set a value of the study, e.g. `structure.cutoff_hz=500`; may be given several times. Needs a study.
+    /// Set a value of the study, for example `structure.cutoff_hz=500`; repeatable
     #[arg(long = "set", value_name = "PATH=VALUE")]
     overrides: Vec<String>,
-    /// Also run the scene of a study's first row with all modes and with each selection of them, and tell what the outputs
-    /// move.
+    /// Also run row 0 with all modes and with each selection, and show how the outputs change
     #[arg(long)]
     effects: bool,
-    /// Print the report as JSON (schemas/structure.schema.json); with --export, what was written (schemas/written.schema.json).
+    /// Print the report as JSON (schemas/structure.schema.json)
+    ///
+    /// With --export, print the list of written files (schemas/written.schema.json).
     #[arg(long)]
     json: bool,
-    /// Also write the report as an HTML page with plots.
+    /// Also write the report as an HTML page with plots
     #[arg(long, value_name = "FILE")]
     html: Option<PathBuf>,
-    /// Compare measured frequency responses with the machine's instead of a report: a UFF or UNV file (data sets 58), or a CSV table. The
-    /// machine stands without hammers.
+    /// Compare with measured frequency responses (UFF, UNV or CSV file)
+    ///
+    /// The report is replaced by this comparison. UFF and UNV files need data sets 58. The machine stands without hammers.
     #[arg(long, value_name = "FILE", conflicts_with_all = ["export", "effects"])]
     measured: Option<PathBuf>,
-    /// With --measured: write the proposed damping ratios as a table for `damping_ratio_file`.
+    /// With --measured: write the proposed damping ratios, for `damping_ratio_file`
     #[arg(long, value_name = "FILE", requires = "measured")]
     damping_to: Option<PathBuf>,
     // The help says: write the model's matrices in another format instead of a report.
     #[arg(long, value_name = "FORMAT", value_parser = export_format, requires = "to", help = export_help())]
     export: Option<ExportFormat>,
-    /// Folder for --export, made where it is not there.
+    /// With --export: folder for the matrices
     #[arg(long, value_name = "FOLDER", requires = "export")]
     to: Option<PathBuf>,
-    /// With --export: write over the files of an earlier one, but for those that the study reads.
+    /// With --export: replace existing files
+    ///
+    /// Files that the study reads are never replaced.
     #[arg(long, requires = "export")]
     replace: bool,
 }

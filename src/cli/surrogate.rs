@@ -15,34 +15,38 @@ use decore_lab::surrogate::{PREDICTOR, SurrogateSettings};
 
 #[derive(Debug, Args)]
 pub(super) struct SurrogateArguments {
-    /// Folder of the dataset.
+    /// Folder of the dataset
     dataset: PathBuf,
-    /// Columns of the table of runs. Default: delivered work, work of the first impacts, hit frequency, largest velocity of
-    /// the castings, air.
+    /// Columns of the table of runs
+    ///
+    /// By default: delivered work, work of the first impacts, hit frequency, largest casting velocity and air.
     #[arg(long, num_args = 1.., value_name = "NAME")]
     outputs: Vec<String>,
-    /// Write the models to this Parquet file, and predict.py, which predicts with NumPy, beside it (not over one that is not
-    /// decore's).
+    /// Write the models to this Parquet file, and predict.py to the same folder
+    ///
+    /// predict.py predicts with NumPy alone.
     #[arg(short, long, value_name = "FILE")]
     output: Option<PathBuf>,
-    /// Q2 below which a model warns at every use.
+    /// Warn at each use of a model with a Q2 below this
     #[arg(long, default_value_t = SurrogateSettings::default().least_q2, value_name = "Q2", value_parser = share)]
     least_q2: f64,
-    /// Print the models' figures as JSON (schemas/surrogate.schema.json).
+    /// Print the quality of the models as JSON (schemas/surrogate.schema.json)
     #[arg(long)]
     json: bool,
 }
 
 #[derive(Debug, Args)]
 pub(super) struct PredictArguments {
-    /// File of models that `decore surrogate --output` wrote.
+    /// File of models from `decore surrogate --output`
     model: PathBuf,
-    /// CSV or Parquet file with a row per place and a column per factor, named like it or `factor_` and its name.
+    /// CSV or Parquet file with the places to predict
+    ///
+    /// It needs a column for each factor, with the factor's name or `factor_` and the name.
     table: PathBuf,
-    /// Parquet file for the predictions.
+    /// Parquet file for the predictions
     #[arg(short, long, value_name = "FILE")]
     output: PathBuf,
-    /// Print what was written as JSON (schemas/written.schema.json).
+    /// Print the list of written files as JSON (schemas/written.schema.json)
     #[arg(long)]
     json: bool,
 }

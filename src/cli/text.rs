@@ -14,6 +14,8 @@ use decore_study::engine::{Engine, RowRunner};
 
 /// Longest line of a message; what quotes a file must not fill a log.
 const LONGEST_LINE: usize = 2000;
+/// Columns of help texts in a file or a pipe.
+const HELP_COLUMNS: usize = 100;
 
 /// Writes a line to standard output: all that commands print passes here.
 ///
@@ -112,6 +114,12 @@ pub(super) fn terminal_columns() -> Option<usize> {
     own?.size_checked().map(|(_, columns)| usize::from(columns))
 }
 
+/// Columns of help texts: the terminal's, else those of the variable `COLUMNS`, else 100.
+pub(super) fn help_columns() -> usize {
+    let set = || std::env::var("COLUMNS").ok()?.parse::<usize>().ok().filter(|columns| *columns > 0);
+    Term::stdout().size_checked().map(|(_, columns)| usize::from(columns)).or_else(set).unwrap_or(HELP_COLUMNS)
+}
+
 /// A text whose lines end where a terminal does: longer ones go on below, two blanks further in. Words stay whole.
 pub(super) fn fit(text: &str, columns: usize) -> String {
     let mut fitted = String::with_capacity(text.len());
@@ -137,6 +145,27 @@ pub(super) fn fit(text: &str, columns: usize) -> String {
         fitted.push('\n');
     }
     fitted
+}
+
+/// A text behind `head`; its further lines start below the text. Words stay whole.
+pub(super) fn hang(head: &str, text: &str, columns: usize) -> String {
+    let indent = head.chars().count();
+    let (mut hung, mut used) = (head.to_owned(), indent);
+    for (index, word) in text.split_whitespace().enumerate() {
+        let length = word.chars().count();
+        if index > 0 && used + 1 + length > columns {
+            hung.push('\n');
+            hung.push_str(&" ".repeat(indent));
+            used = indent;
+        } else if index > 0 {
+            hung.push(' ');
+            used += 1;
+        }
+        hung.push_str(word);
+        used += length;
+    }
+    hung.push('\n');
+    hung
 }
 
 /// A path as one word of a command that people copy to a shell: as it is where no shell reads anything in it, else in quotes. Those

@@ -14,10 +14,10 @@ use decore_dataset::{Verification, verify as verify_dataset};
 
 #[derive(Debug, Args)]
 pub(super) struct VerifyArguments {
-    /// Folders of datasets.
+    /// Folders of datasets
     #[arg(required = true)]
     datasets: Vec<PathBuf>,
-    /// Print what was found of each as JSON (schemas/verification.schema.json).
+    /// Print the findings as JSON (schemas/verification.schema.json)
     #[arg(long)]
     json: bool,
 }

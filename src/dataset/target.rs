@@ -22,8 +22,14 @@ pub fn check_ending(file: &Path, endings: &[&str]) -> Result<(), DatasetError> {
     if endings.iter().any(is) {
         return Ok(());
     }
-    let kinds = endings.iter().map(|ending| ending.to_uppercase()).collect::<Vec<_>>().join(" or ");
-    Err(DatasetError::Target(format!("{shown}: what is written is {kinds}, so the name has to end in {dotted}")))
+    // What people call the kinds of file.
+    let kind = |ending: &&str| match *ending {
+        "parquet" => "Parquet".to_owned(),
+        other => other.to_uppercase(),
+    };
+    let kinds = endings.iter().map(kind).collect::<Vec<_>>().join(" or ");
+    let dotted = endings.iter().map(|ending| format!("`.{ending}`")).collect::<Vec<_>>().join(" or ");
+    Err(DatasetError::Target(format!("{shown}: the output format is {kinds}: use a file name that ends in {dotted}")))
 }
 
 /// Returns an error for a path among a dataset's own files, also through links. `coming`: folders that will become datasets, as returned by

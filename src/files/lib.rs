@@ -66,8 +66,32 @@ pub fn read(path: &Path, limit: Limit) -> io::Result<Vec<u8>> {
 /// The text of a file in UTF-8.
 ///
 /// # Errors
-/// As [`read`]; [`ErrorKind::InvalidData`] where it is no UTF-8.
+/// As [`read`]; [`ErrorKind::InvalidData`] for other encodings: the message names the encoding, or the first wrong line.
 pub fn read_text(path: &Path, limit: Limit) -> io::Result<String> {
-    String::from_utf8(read(path, limit)?)
-        .map_err(|_| io::Error::new(ErrorKind::InvalidData, "stream did not contain valid UTF-8"))
+    let bytes = read(path, limit)?;
+    let refused = |found: String| {
+        let advice = "save it as UTF-8 (Notepad: Save as, Encoding: UTF-8; PowerShell: Set-Content -Encoding utf8)";
+        io::Error::new(ErrorKind::InvalidData, format!("{found}: {advice}"))
+    };
+    if let Some(encoding) = encoding(&bytes) {
+        return Err(refused(format!("the file is encoded as {encoding}")));
+    }
+    String::from_utf8(bytes).map_err(|error| {
+        let (valid, rest) = error.as_bytes().split_at(error.utf8_error().valid_up_to());
+        let line = valid.iter().filter(|byte| **byte == b'\n').count() + 1;
+        let byte = rest.first().copied().unwrap_or_default();
+        refused(format!("line {line} is not UTF-8 text (byte 0x{byte:02x})"))
+    })
+}
+
+/// Encoding by its byte order mark, or by the zeros that other encodings put between ASCII characters.
+fn encoding(bytes: &[u8]) -> Option<&'static str> {
+    let zeros = |from: usize| bytes.iter().take(512).skip(from).step_by(2).filter(|byte| **byte == 0).count();
+    let half = bytes.len().min(512) / 2;
+    match bytes {
+        [0xff, 0xfe, 0, 0, ..] | [0, 0, 0xfe, 0xff, ..] => Some("UTF-32"),
+        [0xff, 0xfe, ..] | [0xfe, 0xff, ..] => Some("UTF-16"),
+        _ if half > 4 && zeros(0).max(zeros(1)) > half * 3 / 4 => Some("UTF-16"),
+        _ => None,
+    }
 }

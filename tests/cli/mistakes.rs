@@ -49,7 +49,7 @@ fn what_is_given_in_place_of_a_study_or_a_dataset_is_named() {
         (vec!["help", "accuarcy"], "did you mean `accuracy`?"),
         (
             vec!["scene", "paper_rig.toml", "--plot", "rig.png"],
-            "what is written is SVG, so the name has to end in .svg",
+            "the output format is SVG: use a file name that ends in `.svg`",
         ),
         (vec!["scene", "paper_rig.toml", "--signals", "out"], "--signals out is a folder"),
         (vec!["scene", "paper_rig.toml", "--row", "1"], "--row is 1, but the study has row 0 only"),

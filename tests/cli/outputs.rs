@@ -85,7 +85,7 @@ fn no_command_writes_where_a_dataset_keeps_its_own() {
         (&["predict", "model.parquet", PART, "--output", PART], READ),
         (&["predict", "model.parquet", "rows.csv", "--output", PART], OWN),
         (&["report", "sweep", "--html", "sweep/manifest.json"], READ),
-        (&["report", "sweep", "--html", "other/manifest.json"], "has to end in .html"),
+        (&["report", "sweep", "--html", "other/manifest.json"], "a file name that ends in `.html`"),
         (&["report", "sweep", "--html", "sweep/./runs/../runs/page.html"], OWN),
         (&["paper", "--html", "sweep/signals/page.html"], OWN),
         (&["run", "placement.toml", "--output", "new", "--summary", "sweep/manifest.json"], OWN),
@@ -142,14 +142,14 @@ fn a_study_is_no_place_for_an_output() {
     let folder = Folder::new();
     fs::copy(folder.path("paper_rig.toml"), folder.path("mine.toml")).expect("copied");
     for (arguments, words) in [
-        (&["report", "sweep", "--html", "mine.toml"][..], "has to end in .html"),
-        (&["paper", "--html", "mine.toml"], "has to end in .html"),
-        (&["structure", "paper_rig.toml", "--html", "mine.toml"], "has to end in .html"),
+        (&["report", "sweep", "--html", "mine.toml"][..], "a file name that ends in `.html`"),
+        (&["paper", "--html", "mine.toml"], "a file name that ends in `.html`"),
+        (&["structure", "paper_rig.toml", "--html", "mine.toml"], "a file name that ends in `.html`"),
         (&["structure", "mine.toml", "--html", "mine.toml"], READ),
-        (&["run", "placement.toml", "--output", "new", "--summary", "mine.toml"], "has to end in .json"),
-        (&["design", "placement.toml", "--output", "mine.toml"], "has to end in .parquet or .csv"),
-        (&["analyse", "sweep", "--parquet", "mine.toml"], "has to end in .parquet"),
-        (&["surrogate", "sweep", "--output", "mine.toml"], "has to end in .parquet"),
+        (&["run", "placement.toml", "--output", "new", "--summary", "mine.toml"], "a file name that ends in `.json`"),
+        (&["design", "placement.toml", "--output", "mine.toml"], "a file name that ends in `.parquet` or `.csv`"),
+        (&["analyse", "sweep", "--parquet", "mine.toml"], "a file name that ends in `.parquet`"),
+        (&["surrogate", "sweep", "--output", "mine.toml"], "a file name that ends in `.parquet`"),
     ] {
         folder.refuses(arguments, words);
     }

@@ -108,7 +108,7 @@ fn a_page_that_cannot_be_written_names_its_own_path() {
     assert!(said.contains("nowhere") && !said.contains(".partial"), "{said}");
     arguments[3] = "page.txt";
     let said = text(&decore(scratch.path(), &arguments, 2).stderr);
-    assert!(said.contains("has to end in .html"), "{said}");
+    assert!(said.contains("a file name that ends in `.html`"), "{said}");
 }
 
 #[test]

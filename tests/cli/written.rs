@@ -17,9 +17,9 @@ fn decore(folder: &Path, arguments: &[&str]) -> String {
 /// Commands as the help of the program lists them.
 fn commands(folder: &Path) -> Vec<String> {
     let help = decore(folder, &["--help"]);
-    let (_, list) = help.split_once("Commands:\n").expect("commands");
-    let lines = list.lines().take_while(|line| line.starts_with("  "));
-    lines.filter_map(|line| line.split_whitespace().next()).map(str::to_owned).collect()
+    let groups = help.split_once("Usage:").and_then(|(_, rest)| rest.split_once("\nOptions:")).expect("commands").0;
+    let names = groups.lines().filter_map(|line| line.strip_prefix("  ").filter(|name| !name.starts_with(' ')));
+    names.filter_map(|line| line.split_whitespace().next()).map(str::to_owned).collect()
 }
 
 /// Factors of every type: a range, a logarithmic one, whole numbers, a list, names, one derived of others.

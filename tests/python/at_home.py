@@ -127,7 +127,8 @@ def check_rows(study):
 
 def options(command):
     """Names and defaults of a command by its help."""
-    text = subprocess.run([PROGRAM, command, "--help"], check=True, capture_output=True, text=True).stdout
+    wide = os.environ | {"COLUMNS": "1000"}
+    text = subprocess.run([PROGRAM, command, "-h"], check=True, capture_output=True, text=True, env=wide).stdout
     found = {}
     for line in text.splitlines():
         place = re.match(r"  [<\[]([A-Z]+)[>\]]", line)
@@ -146,7 +147,7 @@ def options(command):
 def check_commands():
     """Each command is a method with the same names and defaults. Both are listed."""
     text = subprocess.run([PROGRAM, "--help"], check=True, capture_output=True, text=True).stdout
-    commands = re.findall(r"^  ([a-z]+)  ", text.split("Commands:")[1].split("Options:")[0], re.M)
+    commands = re.findall(r"^  ([a-z]+)  ", text.split("Usage:")[1].split("Options:")[0], re.M)
     check(len(commands) > 20, f"{commands}")
     for command in sorted(set(commands) - WITHOUT_METHOD):
         owners = [owner for owner in (decore.Study, decore.Dataset, decore.Surrogate, decore) if hasattr(owner, command)]

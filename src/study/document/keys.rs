@@ -277,7 +277,9 @@ impl Walk<'_> {
         if self.problems.len() >= MOST_FAULTS {
             return;
         }
-        let nearest = at.last().and_then(|key| nearest(key, names()));
+        let meant = at.last().and_then(|key| synonym(key, |name| names().any(|known| known == name)));
+        let nearest =
+            meant.map_or_else(|| at.last().and_then(|key| nearest(key, names())), |(_, shown)| Some(shown.to_owned()));
         let place = self.document.place(node.key.clone());
         let problem = Problem::new(place, path::join(at), "unknown key");
         let known = format!("one of {}", names().collect::<Vec<_>>().join(", "));
@@ -293,6 +295,36 @@ impl Walk<'_> {
         }
         at.pop();
     }
+}
+
+/// Keys that other programs and languages use, the study's key for the same, and how to write it.
+const SYNONYMS: [(&[&str], &str, &str); 13] = [
+    (
+        &[
+            "min", "max", "minimum", "maximum", "low", "high", "lower", "upper", "from", "to", "bounds", "limits",
+            "interval", "start", "stop",
+        ],
+        "range",
+        "range = [LOW, HIGH]",
+    ),
+    (&["choices", "options", "categories", "list", "grid"], "values", "values = [...]"),
+    (&["parameter", "target", "key", "variable", "drives"], "path", "path = \"hammer.NAME.KEY\""),
+    (&["steps", "count", "n"], "levels", "levels"),
+    (&["n", "samples", "runs", "size", "count", "n_samples", "points"], "rows", "rows"),
+    (&["type", "method", "sampler", "design"], "kind", "kind"),
+    (&["mu", "average"], "mean", "mean"),
+    (&["sigma", "std", "sd", "stdev"], "std_dev", "std_dev"),
+    (&["pressure", "pressure_bar", "supply_pressure", "supply_pressure_bar", "p"], "supply_bar", "supply_bar"),
+    (&["weight", "m"], "mass_kg", "mass_kg"),
+    (&["time", "t_end", "end_time", "simulation_time", "t"], "duration_s", "duration_s"),
+    (&["position", "x"], "rail_position_m", "rail_position_m"),
+    (&["objective", "maximize"], "maximise", "maximise"),
+];
+
+/// The known key that another word stands for, and how to write it.
+fn synonym(key: &str, is_known: impl Fn(&str) -> bool) -> Option<(&'static str, &'static str)> {
+    let found = SYNONYMS.iter().find(|(words, name, _)| words.contains(&key) && is_known(name));
+    found.map(|(_, name, shown)| (*name, *shown))
 }
 
 /// The choice whose words begin with the letters that a short text begins with: `lhs` is a Latin hypercube (sampling).

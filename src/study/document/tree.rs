@@ -53,24 +53,8 @@ impl Document {
         let text = text.strip_prefix('\u{feff}').unwrap_or(text);
         let begins: Vec<usize> = [0].into_iter().chain(text.match_indices('\n').map(|(end, _)| end + 1)).collect();
         let (table, errors) = DeTable::parse_recoverable(text);
-        let mut problems: Vec<Problem> = errors
-            .iter()
-            .take(MOST_FAULTS)
-            .map(|error| {
-                let place = |span: Range<usize>| FileLocation::in_text(name, (text, &begins), span);
-                let Some(span) = error.span() else {
-                    // The parser names no place for keys that are nested too deep.
-                    let place = deep_key(text).map_or_else(|| FileLocation::in_file(name), place);
-                    return Problem::new(place, "", error.message())
-                        .expected(format!("keys of at most {MOST_PARTS} parts with dots between them"));
-                };
-                let problem = Problem::new(place(span.clone()), "", error.message());
-                match is_decimal_comma(text, span.start) {
-                    true => problem.expected("a point in a number, as in 5.0: a comma separates the entries of a list"),
-                    false => problem,
-                }
-            })
-            .collect();
+        let fault = |error: &toml::de::Error| syntax_problem(name, (text, &begins), error);
+        let mut problems: Vec<Problem> = errors.iter().take(MOST_FAULTS).map(fault).collect();
         // After its first fault, the rest of a line is not useful.
         problems.dedup_by_key(|problem| problem.place.line);
         let span = table.span();
@@ -170,6 +154,116 @@ impl Document {
         }
         self.place(node.key.clone())
     }
+}
+
+/// A syntax error with its place, and what to write instead where that is known.
+fn syntax_problem(name: &str, (text, begins): (&str, &[usize]), error: &toml::de::Error) -> Problem {
+    let place = |span: Range<usize>| FileLocation::in_text(name, (text, begins), span);
+    let Some(span) = error.span() else {
+        // The parser names no place for keys that are nested too deep.
+        let place = deep_key(text).map_or_else(|| FileLocation::in_file(name), place);
+        return Problem::new(place, "", error.message())
+            .expected(format!("keys of at most {MOST_PARTS} parts with dots between them"));
+    };
+    if error.message().starts_with("duplicate key") {
+        let first = first_definition(text, begins, span.start);
+        let message = first.map_or_else(
+            || "is defined twice".to_owned(),
+            |line| format!("is defined twice; the first definition is in line {line}"),
+        );
+        return Problem::new(place(span), "", message)
+            .expected("each key and each table once: delete or rename one of them");
+    }
+    match slip(text, span.start) {
+        Some(Slip { span, message, expected }) => Problem::new(place(span), "", message).expected(expected),
+        None => Problem::new(place(span), "", error.message()),
+    }
+}
+
+/// A common mistake of syntax.
+struct Slip {
+    span: Range<usize>,
+    message: &'static str,
+    expected: String,
+}
+
+/// The mistake in the line of `at`, if it is a common one.
+fn slip(text: &str, at: usize) -> Option<Slip> {
+    let start = text.get(..at)?.rfind('\n').map_or(0, |end| end + 1);
+    let line = text.get(start..)?.lines().next()?;
+    let slip = |part: &str, message, expected: String| {
+        let begin = part.as_ptr() as usize - text.as_ptr() as usize;
+        Some(Slip { span: begin..begin + part.len(), message, expected })
+    };
+    if is_decimal_comma(text, at) {
+        let expected = "a point in a number, as in 5.0: a comma separates the entries of a list";
+        return slip(text.get(at..=at)?, "a comma in a number", expected.to_owned());
+    }
+    let code = line.split('#').next().unwrap_or_default().trim();
+    if code.starts_with('[') {
+        let closing = if code.starts_with("[[") { "]]" } else { "]" };
+        let name = code.trim_start_matches('[').trim_end_matches(']').trim();
+        let plain = !name.is_empty() && !name.contains(['[', ']', '=', '"']);
+        let expected = format!("`{}{name}{closing}`", &"[["[..closing.len()]);
+        return if plain && !code.ends_with(closing) {
+            slip(code, "the name of a table without its closing bracket", expected)
+        } else {
+            None
+        };
+    }
+    let Some((key, value)) = code.split_once('=') else {
+        return match code.split_once(':') {
+            Some((key, value)) if !value.trim().is_empty() => {
+                let expected = format!("`{} = {}`", key.trim().trim_matches('"'), value.trim());
+                slip(code, "a colon between key and value", expected)
+            }
+            _ => slip(
+                code,
+                "neither `key = value` nor `[table]`",
+                "for example `duration_s = 1.5`; a comment begins with #".to_owned(),
+            )
+            .filter(|_| !code.is_empty() && code.chars().all(|c| c.is_alphanumeric() || " _-".contains(c))),
+        };
+    };
+    let (key, value) = (key.trim(), value.trim());
+    if value.is_empty() {
+        return slip(code, "a key without a value", format!("`{key} = VALUE`"));
+    }
+    if ["True", "False", "TRUE", "FALSE"].contains(&value) {
+        return slip(
+            value,
+            "true and false are written in small letters",
+            format!("`{key} = {}`", value.to_lowercase()),
+        );
+    }
+    let is_word = value.starts_with(|c: char| c.is_alphabetic() || "./_".contains(c))
+        && !value.contains(['"', '\'', ',', '{', '[']);
+    if is_word {
+        return slip(value, "a text without quotes", format!("quotes around a text: `{key} = \"{value}\"`"));
+    }
+    let number =
+        value.split(|c: char| c == ' ' || c.is_alphabetic()).next().filter(|number| number.parse::<f64>().is_ok());
+    number.filter(|number| number.len() < value.len()).and_then(|number| {
+        slip(
+            value,
+            "a number with text behind it",
+            format!("the number alone: `{key} = {number}`; its unit is in the key's name"),
+        )
+    })
+}
+
+/// Line of the earlier definition of the key or table that is defined again at `at`.
+fn first_definition(text: &str, begins: &[usize], at: usize) -> Option<usize> {
+    let number = begins.partition_point(|begin| *begin <= at);
+    let lines: Vec<&str> =
+        text.lines().take(number).map(|line| line.split('#').next().unwrap_or_default().trim()).collect();
+    let (again, before) = lines.split_last()?;
+    let key = |line: &str| line.split('=').next().unwrap_or_default().replace([' ', '"'], "");
+    if again.starts_with('[') {
+        return before.iter().position(|line| key(line) == key(again)).map(|index| index + 1);
+    }
+    let table = before.iter().rposition(|line| line.starts_with('[')).map_or(0, |index| index + 1);
+    before.get(table..)?.iter().position(|line| key(line) == key(again)).map(|index| table + index + 1)
 }
 
 /// Byte range of the first key with more than [`MOST_PARTS`] parts.

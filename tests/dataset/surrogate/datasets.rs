@@ -154,8 +154,8 @@ fn the_library_writes_a_model_over_nothing_of_a_dataset() {
     let refused = [
         ("out/runs/runs-000000000000.parquet", "keeps its own files"),
         ("out/blows/new.parquet", "keeps its own files"),
-        ("out/manifest.json", "has to end in .parquet"),
-        ("study.toml", "has to end in .parquet"),
+        ("out/manifest.json", "a file name that ends in `.parquet`"),
+        ("study.toml", "a file name that ends in `.parquet`"),
         ("out", "is a folder"),
     ];
     for (name, words) in refused {
