@@ -120,7 +120,7 @@ fn tests_give_the_law_they_were_drawn_from() {
             assert!((time_s / slowest(end) - 1.0).abs() < 1e-9, "{time_s} {}", slowest(end));
         }
     }
-    let columns = decore_study::column_names(&cores.path("times.parquet")).unwrap();
+    let columns = decore_study::column_names(&cores.path("times.parquet"), "row").unwrap();
     assert!(columns.contains(&"core_out_after_high_s".to_owned()), "{columns:?}");
     let [by_row, by_factor] = [text.as_str(), &by_factor].map(|tests| cores.found(tests, &[]));
     assert_eq!(by_row, by_factor, "the values of factors name the rows");

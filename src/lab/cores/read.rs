@@ -42,7 +42,7 @@ pub(super) struct ReadTest {
 /// # Errors
 /// [`CoresError::Table`] with file, line and column.
 pub(super) fn read(file: &Path, reader: &DatasetReader, courses: &Courses) -> Result<Vec<ReadTest>, CoresError> {
-    let header = column_names(file).map_err(CoresError::Table)?;
+    let header = column_names(file, OUT).map_err(CoresError::Table)?;
     let has = |name: &str| header.iter().any(|column| column == name);
     let optional = [CORE, ENDED].into_iter().filter(|name| has(name));
     let names: Vec<&str> = std::iter::once(OUT).chain(optional).collect();
