@@ -79,7 +79,8 @@ fn core(name: &str, cores: &[String]) -> Result<usize, String> {
             Err(format!("column `{CORE}`: several castings have a core `{name}`, expected one of {}", known()))
         }
         (None, _) => {
-            let hint = did_you_mean(nearest(name, cores.iter().map(String::as_str)));
+            let own = cores.iter().filter_map(|whole| whole.split_once('.')).map(|(_, own)| own);
+            let hint = did_you_mean(nearest(name, cores.iter().map(String::as_str).chain(own)));
             Err(format!("column `{CORE}`: the dataset has no core `{name}`; it has: {}{hint}", known()))
         }
     }
