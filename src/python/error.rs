@@ -169,9 +169,12 @@ impl Raise for Failure {
             Self::Write { .. } | Self::Page(_) | Self::Plot(_) | Self::Paper(_) | Self::Print(_) => {
                 Error::new_err(self.to_string())
             }
-            Self::Sensitivity(_) | Self::Features(_) | Self::Refinement(_) | Self::Best(_) | Self::Comparison(_) => {
-                DatasetError::new_err(self.to_string())
-            }
+            Self::Sensitivity(_)
+            | Self::Features(_)
+            | Self::Refinement(_)
+            | Self::Best(_)
+            | Self::Cores(_)
+            | Self::Comparison(_) => DatasetError::new_err(self.to_string()),
         }
     }
 }

@@ -120,11 +120,10 @@ fn tests_give_the_law_they_were_drawn_from() {
             assert!((time_s / slowest(end) - 1.0).abs() < 1e-9, "{time_s} {}", slowest(end));
         }
     }
-    let columns = decore_study::column_names(&cores.path("times.parquet")).unwrap();
+    let columns = decore_study::column_names(&cores.path("times.parquet"), "row").unwrap();
     assert!(columns.contains(&"core_out_after_high_s".to_owned()), "{columns:?}");
     let [by_row, by_factor] = [text.as_str(), &by_factor].map(|tests| cores.found(tests, &[]));
     assert_eq!(by_row, by_factor, "the values of factors name the rows");
-    // Prediction goes on from a table that decore wrote, whose nulls are no times.
     mistakes(&cores, &text);
 }
 
@@ -133,7 +132,7 @@ fn mistakes(cores: &Cores, text: &str) {
     let head = "row,core,core_out_after_s,test_ended_after_s\n";
     for (tests, expected) in [
         (format!("{head}9,near,5,\n"), "line 2, column `row`: the dataset has no row 9 that is done"),
-        (format!("{head}0,nearr,5,\n"), "did you mean `part.near`?"),
+        (format!("{head}0,nearr,5,\n"), "did you mean `near`?"),
         (format!("{head}0,,5,\n"), "expected the core that was tested, one of part.near, part.far"),
         (format!("{head}0,near,,\n"), "column `core_out_after_s`: expected a time in s"),
         (format!("{head}0,near,1e-4,\n"), "has no dose yet after 0.0001 s"),

@@ -64,7 +64,12 @@ fn the_readme_s_commands_run_in_their_order() {
 fn the_guide_lists_what_a_study_can_name() {
     let scratch = TempDir::new().expect("scratch");
     let schema = decore_study::study_schema();
-    for (page, set) in [("designs", "DesignKind"), ("machine", "MatrixFormat"), ("limits", "ContactLawName")] {
+    for (page, set) in [
+        ("clamps", "PadMaterial"),
+        ("designs", "DesignKind"),
+        ("machine", "MatrixFormat"),
+        ("limits", "ContactLawName"),
+    ] {
         let output = decore(&scratch).args(["help", page]).output().expect("started");
         let text = String::from_utf8(output.stdout).expect("text");
         let names: Vec<&str> = schema["$defs"][set]["oneOf"]

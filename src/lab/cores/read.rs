@@ -42,7 +42,7 @@ pub(super) struct ReadTest {
 /// # Errors
 /// [`CoresError::Table`] with file, line and column.
 pub(super) fn read(file: &Path, reader: &DatasetReader, courses: &Courses) -> Result<Vec<ReadTest>, CoresError> {
-    let header = column_names(file).map_err(CoresError::Table)?;
+    let header = column_names(file, OUT).map_err(CoresError::Table)?;
     let has = |name: &str| header.iter().any(|column| column == name);
     let optional = [CORE, ENDED].into_iter().filter(|name| has(name));
     let names: Vec<&str> = std::iter::once(OUT).chain(optional).collect();
@@ -79,7 +79,8 @@ fn core(name: &str, cores: &[String]) -> Result<usize, String> {
             Err(format!("column `{CORE}`: several castings have a core `{name}`, expected one of {}", known()))
         }
         (None, _) => {
-            let hint = did_you_mean(nearest(name, cores.iter().map(String::as_str)));
+            let own = cores.iter().filter_map(|whole| whole.split_once('.')).map(|(_, own)| own);
+            let hint = did_you_mean(nearest(name, cores.iter().map(String::as_str).chain(own)));
             Err(format!("column `{CORE}`: the dataset has no core `{name}`; it has: {}{hint}", known()))
         }
     }

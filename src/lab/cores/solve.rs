@@ -81,11 +81,12 @@ fn dosed(test: &ReadTest, courses: &Courses) -> Result<CoreTest, CoresError> {
     let course = course.ok_or_else(|| fault(format!("row {} has no dose of core {core}", test.row)))?;
     let (row, time_s) = (test.row, test.time_s);
     let dose = course.dose_at(time_s).ok_or_else(|| {
-        fault(format!(
-            "core {core} of row {row} has no dose yet after {time_s} s (its first impact is at {:.4} s): set `duration_s` of the study \
-             to {time_s} and run the row again",
-            course.start_s
-        ))
+        let advice = if time_s < course.start_s {
+            format!("its first impact is at {:.4} s: check the time", course.start_s)
+        } else {
+            format!("set `duration_s` of the study to {time_s} and run the row again")
+        };
+        fault(format!("core {core} of row {row} has no dose yet after {time_s} s; {advice}"))
     })?;
     Ok(CoreTest { row, core, time_s, out: test.out, dose })
 }

@@ -117,21 +117,18 @@ pub fn sparse_rows(file: &Path, columns: &[&str]) -> Result<Vec<TableRow>, Strin
     rows(file, columns, &|column, header| column_place(file, column, header), true)
 }
 
-/// Names of the columns of a CSV or Parquet file.
+/// Names of the columns of a CSV or Parquet file with a column `known`.
 ///
 /// # Errors
 /// What is wrong with the file, in words.
-pub fn column_names(file: &Path) -> Result<Vec<String>, String> {
+pub fn column_names(file: &Path, known: &str) -> Result<Vec<String>, String> {
     let names = RefCell::new(Vec::new());
-    let note = |_: &str, header: &[String]| {
+    // What separates cells is seen by the known column.
+    let note = |column: &str, header: &[String]| {
         header.clone_into(&mut names.borrow_mut());
-        Ok(0)
+        column_place(file, column, header)
     };
-    if is_parquet(file) {
-        parquet::read(file, &[""], &note, true)?;
-    } else {
-        delimited::read(file, &[""], &note)?;
-    }
+    rows(file, &[known], &note, true)?;
     Ok(names.into_inner())
 }
 
