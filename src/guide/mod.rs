@@ -7,12 +7,23 @@ pub struct Topic {
     pub name: &'static str,
     /// What it tells, in a few words.
     pub about: &'static str,
-    /// The page, as Markdown; a line `{DesignKind}` stands for the rows of a table of what the study's schema declares by that name.
+    /// The page, as Markdown; a line `{DesignKind}` stands for the rows of a table of what the study's schema declares by that name, a
+    /// line `{Units}` for the rows of a table of units.
     pub text: &'static str,
 }
 
 /// All pages.
-pub const TOPICS: [Topic; 22] = [
+pub const TOPICS: [Topic; 24] = [
+    Topic {
+        name: "study",
+        about: "every key of a study file: unit, default, description",
+        text: include_str!("study.md"),
+    },
+    Topic {
+        name: "units",
+        about: "units of keys and factors, and which units are converted",
+        text: include_str!("units.md"),
+    },
     Topic {
         name: "best",
         about: "the best values for your goal, and how sure they are",
