@@ -42,7 +42,11 @@ pub(super) fn help(mut program: Command, arguments: &HelpArguments) -> Result<Ex
         let page = filled(topic.text);
         match terminal_columns() {
             Some(columns) => show(&render(&format!("{page}\n\n{list}"), columns.min(MOST_COLUMNS)))?,
-            None => print_line(&format!("{}\n\n{}", page.trim_end(), fit(&list, GUIDE_COLUMNS).trim_end()).trim_end())?,
+            None => {
+                // Programs read a line per column.
+                let list = if name == "outputs" { list } else { fit(&list, GUIDE_COLUMNS) };
+                print_line(&format!("{}\n\n{}", page.trim_end(), list.trim_end()).trim_end())?;
+            }
         }
         return Ok(Exit::Done);
     }

@@ -14,8 +14,12 @@ use decore_study::template;
 
 /// Hammers over one casting at most: their strike points must fit on it.
 const MOST_HAMMERS: usize = 4;
-/// Share of the casting's extent along the rail that strike points of several hammers are spread over.
+/// Share of the usable extent that strike points of several hammers are spread over.
 const SPREAD: f64 = 0.5;
+/// Least distance of two hammers, m: their telescopes must not touch.
+const LEAST_DISTANCE_M: f64 = 0.06;
+/// Least distance that the hammers can move both ways, m.
+const LEAST_REACH_M: f64 = 0.005;
 /// Share of half the casting's extent along the rail that strike points may reach.
 const REACH: f64 = 0.8;
 /// Half the length of the built-in station's rail that a study uses, m.
@@ -156,10 +160,19 @@ fn fill(template: &str, case: &Case) -> Result<String, Failure> {
     let inertia = [y, x].map(|side| rounded(case.mass_kg * (side * side + height * height) / 12.0));
     // Strike points of the hammers before and behind the middle, and how far all can move together.
     let last = case.hammers.saturating_sub(1) as f64;
-    let spread = if case.hammers > 1 { SPREAD * y.min(2.0 * RAIL_M) } else { 0.0 };
+    let extent = 2.0 * (REACH * 0.5 * y).min(RAIL_M);
+    let least = last * LEAST_DISTANCE_M;
+    if least + 2.0 * LEAST_REACH_M > extent {
+        return Err(Failure::Argument(format!(
+            "{} hammers do not fit on a casting of {y} m along the rail: they need {} m; give fewer hammers or another size",
+            case.hammers,
+            rounded((least + 2.0 * LEAST_REACH_M) / REACH)
+        )));
+    }
+    let spread = if case.hammers > 1 { (SPREAD * extent).max(least) } else { 0.0 };
     let places: Vec<f64> =
         (0..case.hammers).map(|index| if last > 0.0 { spread * (index as f64 / last - 0.5) } else { 0.0 }).collect();
-    let reach = rounded_down((REACH * 0.5 * y).min(RAIL_M) - 0.5 * spread);
+    let reach = rounded_down(0.5 * (extent - spread));
     let first = places.first().copied().unwrap_or_default();
     let link = |key: &str, offset: fn(f64, f64) -> f64| {
         let entry = |(index, place): (usize, &f64)| {
@@ -287,7 +300,16 @@ mod tests {
         for hammers in 1..=MOST_HAMMERS {
             for size_m in [[0.1, 0.05], [0.3, 0.2], [2.0, 1.0]] {
                 let case = Case { mass_kg: 12.5, size_m, hammers, pressure_bar: 6.2, limit_m_s: 3.0 };
-                let text = fill(&template, &case).unwrap_or_else(|error| panic!("{error}"));
+                let needed = (hammers - 1) as f64 * LEAST_DISTANCE_M + 2.0 * LEAST_REACH_M;
+                let filled = fill(&template, &case);
+                if needed > REACH * size_m[1] {
+                    assert!(
+                        filled.is_err_and(|error| error.to_string().contains("do not fit")),
+                        "{hammers} on {size_m:?}"
+                    );
+                    continue;
+                }
+                let text = filled.unwrap_or_else(|error| panic!("{error}"));
                 let study = Study::parse(&text, Path::new(""), "study.toml").unwrap_or_else(|error| panic!("{error}"));
                 assert_eq!(study.hammer_names().len(), hammers);
                 let checked = checked(study.clone()).unwrap_or_else(|error| panic!("{error}"));

@@ -126,8 +126,8 @@ fn best(report: &Report, columns: usize, most: usize) -> String {
             table.add_row(Row::from(row.iter().take(shown).map(|(.., cell)| cell.clone()).collect::<Vec<_>>()));
         }
         for (column, width) in table.column_iter_mut().zip(&widths) {
-            column.set_padding((0, GAP as u16 - 1));
-            let width = u16::try_from(*width + GAP - 1).unwrap_or(u16::MAX);
+            column.set_padding((0, GAP as u16));
+            let width = u16::try_from(*width + GAP).unwrap_or(u16::MAX);
             column.set_constraint(ColumnConstraint::Absolute(Width::Fixed(width)));
         }
         table.trim_fmt() + "\n"
