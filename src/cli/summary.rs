@@ -20,14 +20,13 @@ const LEAST_BEST: usize = 2;
 const HEAD_LINES: usize = 3;
 /// Blanks between columns.
 const GAP: usize = 2;
-/// Columns of the summary in a file or a pipe.
+/// Columns of the table in a file or a pipe.
 const COLUMNS: usize = 80;
 /// Significant digits in the table.
 const DIGITS: usize = 4;
 
 /// The summary of a sweep for a terminal with so many columns; `None` for a file or a pipe.
 pub(super) fn summary(report: &Report, columns: Option<usize>) -> String {
-    let columns = columns.unwrap_or(COLUMNS);
     let mut head = head(report);
     let mut tail = Vec::new();
     if let Some(twins) = &report.numerical_twins {
@@ -44,9 +43,12 @@ pub(super) fn summary(report: &Report, columns: Option<usize>) -> String {
         let end = if report.least_first { ", least first" } else { "" };
         head.push(format!("Best rows by `{}`{end}:", report.ranking.name));
     }
-    let [above, below] = [head, tail].map(|lines| fit(&lines.join("\n"), columns));
+    let width = columns.unwrap_or(COLUMNS);
+    // In a file, each fact about the rows has its line.
+    let above = columns.map_or_else(|| head.join("\n") + "\n", |columns| fit(&head.join("\n"), columns));
+    let below = fit(&tail.join("\n"), width);
     let left = MOST_LINES.saturating_sub(above.lines().count() + below.lines().count());
-    format!("{above}{}{below}", best(report, columns, left))
+    format!("{above}{}{below}", best(report, width, left))
 }
 
 /// Study, rows by status, and what speaks against them.

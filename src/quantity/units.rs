@@ -117,8 +117,7 @@ pub fn endings() -> impl Iterator<Item = (&'static str, &'static str)> {
 
 /// A unit in one spelling: `N*s/m`, `N·s/m` and `Ns/m` are the same, and so are `m^2` and `m²`, and `°C` and `degC`.
 fn plain(unit: &str) -> String {
-    let plain =
-        unit.replace('²', "2").replace('³', "3").replace("\u{b0}", "deg").replace('\u{3bc}', "u").replace('µ', "u");
+    let plain = unit.replace('²', "2").replace('³', "3").replace("\u{b0}", "deg").replace(['\u{3bc}', 'µ'], "u");
     let plain: String = plain.chars().filter(|c| !c.is_whitespace() && !"^*·".contains(*c)).collect();
     match plain.as_str() {
         "barg" | "bar(g)" => "bar".to_owned(),

@@ -82,7 +82,8 @@ fn the_ranking_is_checked_before_the_rows_are_run() {
     assert!(text.contains("Best rows by `hammer_first_impact_energy_j`"), "{text}");
     // What matters in a dozen lines of 80 columns.
     let lines: Vec<&str> = text.lines().collect();
-    assert!(lines.len() <= 12 && lines.iter().all(|line| line.chars().count() <= 80), "{text}");
+    // In a pipe the study's title has a line of its own, however long.
+    assert!(lines.len() <= 12 && lines[1..].iter().all(|line| line.chars().count() <= 80), "{text}");
     assert!(lines.iter().any(|line| line.trim_start().starts_with("(J)")) || text.contains("energy (J)"), "{text}");
 }
 
@@ -207,7 +208,10 @@ fn numerical_twins_have_columns_and_lines() {
         let set: &[&str] = if value.is_empty() { &[] } else { &["--set", &setting] };
         let (code, text, log) = run("run", &[&["--output", folder][..], set].concat());
         assert_eq!(code, Some(0), "{log}");
-        assert!(text.contains("Numerical error: at most 0.") && text.contains(", row 0)\n"), "{text}");
+        assert!(
+            one_line(&text).contains("Numerical error: at most 0.") && one_line(&text).contains("`, row 0)"),
+            "{text}"
+        );
         let (_, text, _) = ran(decore(&scratch).args(["report", folder]));
         assert!(text.contains("Numerical errors (relative; 1 row run again with better numerics; "), "{text}");
         assert!(text.contains("  first_impact_energy_j ") && text.contains("  row 0\n"), "{text}");
