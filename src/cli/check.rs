@@ -4,12 +4,13 @@ use std::path::PathBuf;
 
 use clap::Args;
 
+use super::check_invalid::Invalid;
 use super::check_links::link_lines;
-use super::check_result::{Check, Confused, Invalid, Needed, Probe, Probed, StudyOutline, probe};
+use super::check_result::{Check, Confused, Needed, Probe, Probed, StudyOutline, probe};
 use super::exit::{Exit, Failure, write_file};
 use super::json::{print_json, wants_words};
 use super::outputs::{Form, Output, StudyArguments};
-use super::text::{eprint_line, plural, print_line, threads, wanted_error};
+use super::text::{eprint_line, fit, plural, print_line, terminal_columns, threads, wanted_error};
 use crate::plot::{MatrixFactor, scatter_matrix};
 use decore_model::run::{RowStatus, thread_count};
 use decore_statistics::design::{Distribution, Level, PHI_EXPONENT, Quality};
@@ -47,6 +48,9 @@ pub(super) struct CheckArguments {
     /// Relative standard error for which the run duration is estimated
     #[arg(long, default_value_t = decore_lab::report::WANTED_ERROR, value_name = "SHARE", value_parser = wanted_error)]
     wanted_error: f64,
+    /// End with exit code 4 if a row cannot be simulated
+    #[arg(long)]
+    strict: bool,
     /// Print the result as JSON (schemas/check.schema.json)
     #[arg(long)]
     json: bool,
@@ -57,26 +61,35 @@ pub(super) fn check(arguments: &CheckArguments) -> Result<Exit, Failure> {
     let engine =
         StudyArguments { file: &arguments.study, overrides: &arguments.overrides, outputs: &outputs }.engine()?;
     let plan = StudyOutline::of(&engine)?;
+    // Problems come first.
+    plan.invalid.warning(plan.rows).iter().for_each(|warning| eprint_line(warning));
     // The plan is there at once, the probe takes some seconds.
     if wants_words(arguments.json) {
-        print_line(&plan_text(&plan))?;
+        print_fitted(&plan_text(&plan))?;
     }
     if let Some(file) = &arguments.scatter {
         write_file(file, scatter(engine.checked())?)?;
         eprint_line(&format_args!("the scatter matrix is in {}", file.display()));
     }
     let Invalid { looked_at, count, .. } = plan.invalid;
-    let no_row_runs = count == looked_at;
+    let has_failed = count == looked_at || (arguments.strict && count > 0);
     let rows = Probed { repeated: plan.repeated, threads: thread_count(arguments.threads)? };
     let probe = probe(&engine, rows, arguments.wanted_error);
     if wants_words(arguments.json) {
-        probe.iter().try_for_each(|probe| print_line(&probe_text(probe)))?;
-        invalid_line(&plan.invalid, plan.rows).iter().try_for_each(|line| print_line(line))?;
+        probe.iter().try_for_each(|probe| print_fitted(&probe_text(probe)))?;
     }
     if arguments.json {
         print_json(&Check { plan, probe })?;
     }
-    Ok(if no_row_runs { Exit::RowsFailed } else { Exit::Done })
+    Ok(if has_failed { Exit::RowsFailed } else { Exit::Done })
+}
+
+/// Prints lines that end where the terminal does.
+fn print_fitted(text: &str) -> Result<(), Failure> {
+    match terminal_columns() {
+        Some(columns) => print_line(&fit(text, columns).trim_end()),
+        None => print_line(&text),
+    }
 }
 
 fn plan_text(plan: &StudyOutline) -> String {
@@ -180,14 +193,6 @@ fn probe_text(probe: &Probe) -> String {
     lines.push(precision_line(probe));
     lines.push(time_line(probe));
     lines.join("\n")
-}
-
-/// How many rows describe no scene, and why the first of them does not.
-fn invalid_line(invalid: &Invalid, rows: usize) -> Option<String> {
-    let Invalid { looked_at, count, first_row, reason } = invalid;
-    let first_row = (*first_row)?;
-    let of = if *looked_at < rows { format!("of the first {looked_at}") } else { format!("of {rows}") };
-    Some(format!("note           {count} {of} rows describe no scene that can be simulated; row {first_row}: {reason}"))
 }
 
 /// What twins cost, or that the scene is known to amplify perturbations.

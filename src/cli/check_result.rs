@@ -3,6 +3,7 @@
 use schemars::JsonSchema;
 use serde::Serialize;
 
+use super::check_invalid::Invalid;
 use super::check_links::{ElasticLink, elastic_links};
 use super::exit::Failure;
 use decore_dataset::{Columns, TableName};
@@ -11,16 +12,13 @@ use decore_model::run::{RowOutcome, RowStatus, amplifies, run_row, twin};
 use decore_model::scene::{HammerUnit, Scene};
 use decore_model::system::PlacedModes;
 use decore_statistics::design::{Acceptance, Aliases, Design, Kind, Quality};
+use decore_study::Study;
 use decore_study::engine::{Engine, Repeats, RowRunner, RowScene};
-use decore_study::{CheckedStudy, Study};
 
 /// Wall time in s spent at most on the row that tells the time of the others.
 const PROBE_WALL_TIME_S: f64 = 10.0;
 /// Rows looked at for one that can be simulated.
 const PROBED_ROWS: usize = 100;
-
-/// Rows of a study that are looked at for scenes.
-const LOOKED_AT: usize = 10_000;
 
 /// All that is found.
 #[derive(Debug, Serialize, JsonSchema)]
@@ -30,30 +28,6 @@ pub(super) struct Check {
     pub plan: StudyOutline,
     /// The first row that describes a scene, run for at most 10 s of wall time; null where none of the first 100 does.
     pub probe: Option<Probe>,
-}
-
-/// Rows that describe no scene, such as a hammer beside its casting.
-#[derive(Debug, Serialize, JsonSchema)]
-pub(super) struct Invalid {
-    /// How many rows were looked at, from the first on.
-    pub looked_at: usize,
-    /// How many of them describe none.
-    pub count: usize,
-    /// The first of these; null where there is none.
-    pub first_row: Option<usize>,
-    /// What is wrong with that; empty where there is none.
-    pub reason: String,
-}
-
-impl Invalid {
-    fn of(checked: &CheckedStudy) -> Self {
-        let looked_at = checked.row_count().min(LOOKED_AT);
-        let mut invalid = (0..looked_at).filter_map(|row| Some((row, checked.scene(row).err()?.reason)));
-        let first = invalid.next();
-        let count = usize::from(first.is_some()) + invalid.count();
-        let (first_row, reason) = first.map_or((None, String::new()), |(row, reason)| (Some(row), reason));
-        Self { looked_at, count, first_row, reason }
-    }
 }
 
 /// What is known of a study without running a row.
@@ -91,7 +65,7 @@ pub(super) struct StudyOutline {
     pub columns_per_run: usize,
     /// Columns of the table of blows.
     pub columns_per_blow: usize,
-    /// Rows that describe no scene that can be simulated.
+    /// Rows that cannot be simulated.
     pub invalid: Invalid,
 }
 
@@ -106,6 +80,8 @@ pub(super) struct FactorPlan {
     pub domain: String,
     /// The study's values that it drives.
     pub drives: Vec<String>,
+    /// Its range in the units of these values where they have another unit, a sentence for each.
+    pub conversions: Vec<String>,
 }
 
 /// What a two-level fraction confuses.
@@ -229,6 +205,7 @@ impl StudyOutline {
             unit: factor.unit.clone(),
             domain: factor.domain(),
             drives: factor.paths(),
+            conversions: factor.conversions(),
         });
         Ok(Self {
             study: study.title().to_owned(),

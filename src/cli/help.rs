@@ -3,17 +3,23 @@
 use clap::{Args, Command};
 
 use super::exit::{Exit, Failure};
-use super::text::{fit, print_line};
+use super::markdown::render;
+use super::pager::show;
+use super::study_keys::study_keys;
+use super::text::{fit, print_line, terminal_columns};
 use crate::guide::TOPICS;
 use decore_dataset::{
     ColumnDescription, ColumnGroup, Columns, DatasetInfo, FactorColumn, PartColumn, SignalColumn, TableName,
 };
 use decore_quantity::Kind;
+use decore_quantity::units::{NO_UNIT, accepted, endings};
 use decore_quantity::words::{did_you_mean, nearest};
 use decore_study::{hammer_schema, study_schema};
 
-/// Columns of the page on theory.
+/// Columns of generated lists in a file or a pipe.
 const GUIDE_COLUMNS: usize = 80;
+/// Columns up to which a page follows its terminal: longer lines are hard to read.
+const MOST_COLUMNS: usize = 110;
 
 #[derive(Debug, Args)]
 pub(super) struct HelpArguments {
@@ -23,33 +29,41 @@ pub(super) struct HelpArguments {
 
 pub(super) fn help(mut program: Command, arguments: &HelpArguments) -> Result<Exit, Failure> {
     let Some(name) = arguments.topic.as_deref() else {
-        print_line(&program.render_long_help().to_string().trim_end())?;
+        show(&program.render_long_help().ansi().to_string())?;
         return Ok(Exit::Done);
     };
     if let Some(topic) = TOPICS.iter().find(|topic| topic.name == name) {
-        print_line(&filled(topic.text).trim_end())?;
         let list = match name {
             "outputs" => columns()?,
             "theory" => hammer_parameters(),
-            _ => return Ok(Exit::Done),
+            "study" => study_keys(),
+            _ => String::new(),
         };
-        print_line(&format_args!("\n{}", list.trim_end()))?;
+        let page = filled(topic.text);
+        match terminal_columns() {
+            Some(columns) => show(&render(&format!("{page}\n\n{list}"), columns.min(MOST_COLUMNS)))?,
+            None => {
+                // Programs read a line per column.
+                let list = if name == "outputs" { list } else { fit(&list, GUIDE_COLUMNS) };
+                print_line(&format!("{}\n\n{}", page.trim_end(), list.trim_end()).trim_end())?;
+            }
+        }
         return Ok(Exit::Done);
     }
     // Usage lines name the command by its whole path only once the program is built.
     program.build();
     let commands: Vec<String> = program.get_subcommands().map(|one| one.get_name().to_owned()).collect();
     if let Some(command) = program.find_subcommand_mut(name) {
-        print_line(&command.render_long_help().to_string().trim_end())?;
+        show(&command.render_long_help().ansi().to_string())?;
         return Ok(Exit::Done);
     }
     let topics: Vec<&str> = TOPICS.iter().map(|topic| topic.name).collect();
     let known = topics.iter().copied().chain(commands.iter().map(String::as_str));
     let hint = did_you_mean(nearest(name, known));
     Err(Failure::Argument(format!(
-        "help {name}: expected a page of the guide ({}) or a command ({}){hint}",
+        "help {name}: no such topic{hint}\n  pages of the guide: {}\n  commands: {}",
         topics.join(", "),
-        commands.join(", ")
+        commands.join(", "),
     )))
 }
 
@@ -58,6 +72,9 @@ fn filled(page: &str) -> String {
     let schema = study_schema();
     let set = |line: &str| {
         let name = line.strip_prefix('{')?.strip_suffix('}')?;
+        if name == "Units" {
+            return Some(units());
+        }
         let entries = schema["$defs"][name]["oneOf"].as_array()?;
         let text = |value: &serde_json::Value| value.as_str().unwrap_or_default().replace('\n', " ");
         let row =
@@ -65,6 +82,17 @@ fn filled(page: &str) -> String {
         Some(entries.iter().map(row).collect::<Vec<_>>().join("\n"))
     };
     page.lines().map(|line| set(line).unwrap_or_else(|| line.to_owned())).collect::<Vec<_>>().join("\n")
+}
+
+/// Rows of the table of units: a key's unit, the ending of its name, the units that are converted.
+fn units() -> String {
+    let row = |(ending, unit): (&str, &'static str)| {
+        let others = accepted(unit).skip(1).collect::<Vec<_>>().join(", ");
+        let others = if others.is_empty() { "none" } else { &others };
+        format!("| {unit} | `{ending}` | {others} |")
+    };
+    let none = accepted(NO_UNIT).skip(1).collect::<Vec<_>>().join(", ");
+    endings().map(row).chain([format!("| {NO_UNIT} | no unit | {none} |")]).collect::<Vec<_>>().join("\n")
 }
 
 /// All parameters of a hammer, group by group: key, text with symbol, range, default and source.
@@ -80,7 +108,7 @@ fn hammer_parameters() -> String {
             text.push_str(&format!("- `{group}.{key}`: {}\n", about(&parameter)));
         }
     }
-    fit(&text, GUIDE_COLUMNS)
+    text
 }
 
 /// All columns of all tables with their units and descriptions, as the writer puts them together for a study with one of each part.

@@ -8,6 +8,7 @@ mod best;
 #[cfg_attr(not(feature = "python"), allow(dead_code))]
 pub(crate) mod caller;
 mod check;
+mod check_invalid;
 mod check_links;
 mod check_result;
 mod cluster;
@@ -21,12 +22,14 @@ mod help;
 mod init;
 mod inputs;
 mod json;
+mod markdown;
 mod measured;
 mod merge;
 mod mobility;
 mod more_rows;
 mod outputs;
 mod overview;
+mod pager;
 mod paper;
 mod progress;
 mod refine;
@@ -42,6 +45,8 @@ mod signals;
 mod status;
 mod stored;
 mod structure;
+mod study_keys;
+mod summary;
 mod surrogate;
 mod text;
 mod verify;
@@ -151,7 +156,7 @@ pub fn run() -> ExitCode {
     match result {
         Ok(exit) => exit.into(),
         Err(failure) => {
-            text::eprint_line(&format_args!("decore: {failure}"));
+            text::eprint_line(&format_args!("error: {failure}"));
             failure.exit().into()
         }
     }
@@ -206,7 +211,7 @@ mod tests {
 
     /// Commands that print no result for programs, and why.
     const WITHOUT_JSON: [(&str, &str); 2] =
-        [("completions", "prints a script, which a shell reads"), ("help", "prints pages, which people read")];
+        [("help", "prints pages, which people read"), ("completions", "prints a script, which a shell reads")];
 
     #[test]
     fn every_command_that_prints_a_result_prints_it_as_json() {

@@ -10,7 +10,7 @@ use super::inputs::{expect_ending, expect_study, is_dataset};
 use super::text::eprint_line;
 use decore_dataset::{check_free, is_part_of, own_files, place};
 use decore_study::engine::{Engine, RowRunner, checked};
-use decore_study::{CheckedStudy, Study};
+use decore_study::{CheckedStudy, FactorInfo, Study};
 
 /// A file or folder that a command was asked to write.
 #[derive(Debug, Clone, Copy)]
@@ -104,8 +104,10 @@ fn ready(study: Study) -> Result<Engine, Failure> {
     Ok(engine)
 }
 
-/// Tells what looks wrong with a study; it is run nevertheless.
+/// Prints the warnings of a study, and the units that are converted.
 fn warn(study: &CheckedStudy) {
+    let conversions = study.study().factors().iter().flat_map(FactorInfo::conversions);
+    conversions.for_each(|conversion| eprint_line(&format_args!("note: {conversion}")));
     study.warnings().iter().for_each(|warning| eprint_line(&format_args!("warning: {warning}")));
 }
 

@@ -24,7 +24,7 @@ const EXIT_CODES: [(&str, &str); 9] = [
     (
         "4",
         "Finished, but some rows failed (audit failed, invalid, diverged, budget exhausted); the table has the reasons. \
-         check: no row can run. analyse: intervals are wider than --grow-until.",
+         check: no row can run, or with --strict one cannot. analyse: intervals are wider than --grow-until.",
     ),
     ("5", "Interrupted. Rows that had started are finished and written. Run the same command again to continue."),
     ("6", "Stopped: more rows failed than --max-failed allows. Finished rows are written."),
@@ -35,12 +35,19 @@ const EXIT_CODES: [(&str, &str); 9] = [
 
 /// Examples of commands: what for, and the command line.
 const EXAMPLES: &[(&str, &[(&str, &str)])] = &[
-    ("init", &[("Write a study, then check and run it", "init my_study.toml")]),
+    (
+        "init",
+        &[
+            ("Answer some questions, get a study", "init my_study.toml"),
+            ("Without questions", "init my_study.toml --casting-mass-kg 8 --casting-size-m 0.4,0.3 --hammers 2"),
+        ],
+    ),
     (
         "check",
         &[
             ("Find mistakes, and estimate the time", "check my_study.toml"),
             ("Try another number of rows", "check my_study.toml --set design.rows=500"),
+            ("In a script: fail if a row cannot be simulated", "check my_study.toml --strict"),
         ],
     ),
     (

@@ -15,12 +15,13 @@ use decore_model::run::RowStatus;
 pub(super) const DEFAULT_INTERVAL: Duration = Duration::from_secs(60);
 /// Hours for which the last line forecasts.
 const NIGHT_HOURS: f64 = 8.0;
-/// Layout of the bar; the text behind it is the same as in plain lines, cut where the terminal ends.
-const BAR: &str = "{bar:24} {percent:>3} %  {wide_msg}";
-/// Layout where a bar would take the place of the figures.
-const NARROW: &str = "{wide_msg}";
-/// Columns from which there is place for a bar and the figures.
-const BAR_COLUMNS: u16 = 80;
+/// Layouts by the columns from which on there is room for them, and the columns before the text. On a narrow terminal the figures are
+/// more important than the bar.
+const LAYOUTS: [(u16, &str, usize); 3] = [
+    (100, "{bar:24} {percent:>3} %  {wide_msg}", 32),
+    (76, "{bar:10} {percent:>3} %  {wide_msg}", 18),
+    (0, "{wide_msg}", 0),
+];
 
 /// Progress of a batch: rows done, failed, rows per second, time left.
 pub(super) struct Progress {
@@ -37,8 +38,8 @@ pub(super) struct Progress {
 enum Display {
     Bar {
         bar: ProgressBar,
-        /// Whether the figures have no place for words.
-        narrow: bool,
+        /// Columns for the text.
+        columns: usize,
     },
     Lines {
         sink: Box<dyn Write + Send>,
@@ -68,12 +69,13 @@ impl Progress {
     /// A bar on the given target, which has so many columns; on a narrow one figures alone, the more important first.
     pub fn bar(rows: u64, target: ProgressDrawTarget, columns: u16) -> Self {
         let bar = ProgressBar::with_draw_target(Some(rows), target);
-        let narrow = columns < BAR_COLUMNS;
+        let layout = LAYOUTS.iter().find(|(least, ..)| columns >= *least);
+        let (_, layout, before) = layout.copied().unwrap_or_default();
         // The layouts are constants that tests draw; should one be refused, indicatif's own does.
-        if let Ok(style) = ProgressStyle::with_template(if narrow { NARROW } else { BAR }) {
+        if let Ok(style) = ProgressStyle::with_template(layout) {
             bar.set_style(style);
         }
-        Self::new(rows, Display::Bar { bar, narrow })
+        Self::new(rows, Display::Bar { bar, columns: usize::from(columns).saturating_sub(before) })
     }
 
     fn new(rows: u64, display: Display) -> Self {
@@ -117,9 +119,9 @@ impl Progress {
         let text = Text { tally, elapsed, at_end };
         let mut display = self.display.lock().unwrap_or_else(PoisonError::into_inner);
         match &mut *display {
-            Display::Bar { bar, narrow } => {
+            Display::Bar { bar, columns } => {
                 bar.set_position(tally.done);
-                bar.set_message(if *narrow { text.short() } else { text.to_string() });
+                bar.set_message(text.fitting(*columns));
                 match occasion {
                     Occasion::Tick => {}
                     Occasion::Request => bar.println(text.to_string()),
@@ -176,6 +178,14 @@ impl Text {
         }
         let left = self.tally.rows.saturating_sub(self.tally.done) as f64;
         self.rate().map(|rate| clock(left / rate))
+    }
+
+    /// The longest text that fits: with the forecast, without it, or the figures alone.
+    fn fitting(&self, columns: usize) -> String {
+        let whole = self.to_string();
+        let brief = whole.split(" (").next().unwrap_or_default().to_owned();
+        let texts = [whole, brief].into_iter();
+        texts.into_iter().find(|text| text.chars().count() <= columns).unwrap_or_else(|| self.short())
     }
 
     /// The figures alone: `120/500 00:00:27, 2 failed`.
@@ -388,6 +398,10 @@ mod tests {
         let tally = Tally { rows: 500, before: 0, done: 120, failed: 2 };
         let text = Text { tally, elapsed: Duration::from_secs(8), at_end: false };
         assert_eq!(text.short(), "120/500 00:00:25, 2 failed");
+        let whole = "120 of 500 rows, 2 failed, 15.0 rows/s, 00:00:25 left";
+        assert_eq!([60, 53, 52].map(|columns| text.fitting(columns)), [whole, whole, "120/500 00:00:25, 2 failed"]);
+        let end = Text { at_end: true, ..text };
+        assert_eq!(end.fitting(62), "120 of 500 rows, 2 failed, 15.0 rows/s, 00:00:08 in all");
     }
 
     #[test]

@@ -18,6 +18,7 @@ use decore_study::{CheckedStudy, Study};
 
 #[derive(Debug, Args)]
 #[command(group = ArgGroup::new("aim").required(true).args(["learn", "maximise", "minimise", "boundary", "failures", "goal"]))]
+#[command(override_usage = "decore refine [OPTIONS] --most-rows <ROWS> <AIM> <STUDY>")]
 pub(super) struct RefineArguments {
     /// Study file with `design.kind = "table"`
     ///

@@ -16,6 +16,7 @@ use super::progress::{DEFAULT_INTERVAL, Progress};
 use super::rows::RowList;
 use super::shard::Shard;
 use super::signals::{keep_nohup, progress_wanted};
+use super::summary::summary;
 use super::text::{self, eprint_line, plural, print_line};
 use decore_dataset::{
     Columns, DatasetError, DatasetInfo, DatasetReader, Existing, RerunSelection, SweepState, SweepStatus, TableName,
@@ -136,8 +137,8 @@ pub(super) fn run(arguments: &RunArguments) -> Result<Exit, Failure> {
         eprint_line(&format_args!("{message}{advice}: {done} of {} rows are in {}", status.rows, folder.display()));
     }
     let reader = DatasetReader::open(&folder)?;
-    let summary = summarise(&reader, &report)?;
-    print_result(arguments.json, &summary, || summary.to_string())?;
+    let found = summarise(&reader, &report)?;
+    print_result(arguments.json, &found, || summary(&found, text::terminal_columns()))?;
     Caller::wrote(&folder);
     // The rows of a shard are a share of the study's: the answer comes from the merged dataset.
     let is_whole = arguments.shard.is_none() && status.state == SweepState::Complete;
@@ -159,11 +160,11 @@ fn say_answer(study: &CheckedStudy, reader: &DatasetReader, file: &Path) -> Resu
         return Ok(());
     }
     match best::expected(study, reader) {
-        Ok(answer) => print_line(&format_args!(
-            "\n{}\n`decore best {}` proves it by runs.",
-            answer.sentence,
-            text::shell_word(file)
-        )),
+        Ok(answer) => {
+            let words = format!("\n{}\n`decore best {}` confirms it by runs.", answer.sentence, text::shell_word(file));
+            let fitted = text::terminal_columns().map_or_else(|| words.clone(), |columns| text::fit(&words, columns));
+            print_line(&fitted.trim_end())
+        }
         Err(error) => {
             eprint_line(&format_args!("note: the goal of the study has no answer yet: {error}"));
             Ok(())

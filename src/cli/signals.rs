@@ -60,7 +60,7 @@ extern "C" fn on_request(_: libc::c_int) {
 #[cfg(unix)]
 extern "C" fn on_bus_error(_: libc::c_int) {
     end_with(
-        b"decore: a file in use was cut short by another program, or its disk failed (SIGBUS); rows that ended \
+        b"error: a file in use was cut short by another program, or its disk failed (SIGBUS); rows that ended \
 before are kept: the same command goes on\n",
     );
 }
@@ -69,7 +69,7 @@ before are kept: the same command goes on\n",
 #[cfg(unix)]
 extern "C" fn on_abort(_: libc::c_int) {
     end_with(
-        b"decore: out of memory, or a defect of the program (SIGABRT); rows that ended before are kept: give fewer \
+        b"error: out of memory, or a defect of the program (SIGABRT); rows that ended before are kept: give fewer \
 --threads or raise the limit on memory (`ulimit -v`), then run the same command again\n",
     );
 }

@@ -5,6 +5,7 @@ use std::fmt::{Display, Write as _};
 use std::io::{self, ErrorKind, Write};
 use std::path::Path;
 
+use anstyle::{AnsiColor, Style};
 use console::Term;
 
 use super::caller::Caller;
@@ -43,14 +44,51 @@ pub(super) fn printed(written: io::Result<()>) -> Result<(), Failure> {
     }
 }
 
-/// Writes a line to standard error, its lines cut at a length.
+/// Labels of messages with their colours, as clap has them.
+const LABELS: [(&str, AnsiColor); 4] = [
+    ("error:", AnsiColor::Red),
+    ("warning:", AnsiColor::Yellow),
+    ("note:", AnsiColor::Cyan),
+    ("help:", AnsiColor::Green),
+];
+
+/// Writes a message to standard error. On a terminal, lines end where it does and the label (`error:`, `warning:`, `note:`, `help:`)
+/// has a colour unless `NO_COLOR` is set; elsewhere very long lines are cut.
 pub(super) fn eprint_line(line: &dyn Display) {
     let text = line.to_string();
     if let Some(caller) = Caller::current() {
         return caller.keep(|result| result.notes.push(text));
     }
-    let lines: Vec<Cow<str>> = text.split('\n').map(cut).collect();
-    let _ = writeln!(io::stderr(), "{}", printable(&lines.join("\n")));
+    let columns = Term::stderr().size_checked().map(|(_, columns)| usize::from(columns));
+    let lines: Vec<String> = text
+        .split('\n')
+        .map(|line| {
+            let line = printable(&cut(line)).into_owned();
+            match columns {
+                Some(columns) if !is_quoted(&line) => fit(&line, columns).trim_end_matches('\n').to_owned(),
+                _ => line,
+            }
+        })
+        .map(|line| labelled(&line))
+        .collect();
+    // anstream takes the colours out where they are not wanted.
+    let _ = writeln!(anstream::stderr(), "{}", lines.join("\n"));
+}
+
+/// Whether a line quotes a file, or marks the place below: its columns must stay.
+fn is_quoted(line: &str) -> bool {
+    line.trim_start_matches(|c: char| c == ' ' || c.is_ascii_digit()).starts_with('|')
+}
+
+/// A line with its label in colour.
+fn labelled(line: &str) -> String {
+    match LABELS.iter().find(|(label, _)| line.starts_with(label)) {
+        None => line.to_owned(),
+        Some((label, color)) => {
+            let style = Style::new().bold().fg_color(Some((*color).into()));
+            format!("{style}{label}{style:#}{}", &line[label.len()..])
+        }
+    }
 }
 
 /// A text without what makes a terminal do more than show it: control characters but line breaks and tabs, and marks that

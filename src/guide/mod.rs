@@ -7,12 +7,23 @@ pub struct Topic {
     pub name: &'static str,
     /// Summary in a few words.
     pub about: &'static str,
-    /// Text in Markdown. A line such as `{DesignKind}` is replaced by table rows: the values of this definition in the study's schema.
+    /// Text in Markdown. A line such as `{DesignKind}` is replaced by table rows: the values of this definition in the study's schema,
+    /// `{Units}` by a table of units.
     pub text: &'static str,
 }
 
 /// All topics, in the order of `decore help`.
-pub const TOPICS: [Topic; 22] = [
+pub const TOPICS: [Topic; 24] = [
+    Topic {
+        name: "study",
+        about: "every key of a study file: unit, default, description",
+        text: include_str!("study.md"),
+    },
+    Topic {
+        name: "units",
+        about: "units of keys and factors, and which units are converted",
+        text: include_str!("units.md"),
+    },
     Topic {
         name: "best",
         about: "the best values for your goal, and how certain they are",

@@ -4,12 +4,14 @@
 //! - [`put_cell`], [`take_cells`]: cells as bytes, and those of a row off them to the columns of their table
 //! - [`CellColumn`]: the cells of a column
 //! - [`Quantity`]: name, unit, description and getter of an output, made by `quantities!` from the field that holds it
+//! - [`units`]: units of keys by their names, and conversions to them
 //! - `named!`: closed sets of names, such as kinds and states
 
 mod bytes;
 mod column;
 mod declare;
 mod named;
+pub mod units;
 mod value;
 pub mod words;
 

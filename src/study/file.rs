@@ -242,7 +242,8 @@ pub struct FactorEntry {
     /// Parameters that it drives with a factor and an offset.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub link: Vec<LinkEntry>,
-    /// Unit, stored with the tables.
+    /// Unit of its range and values, stored with the tables: the parameter's unit, or one that is converted to it (`decore help
+    /// units`).
     #[serde(skip_serializing_if = "Option::is_none")]
     pub unit: Option<String>,
     /// Whether you choose its value or nobody can, for `[goal]`. Changes no row. Default `decision`.

@@ -18,7 +18,7 @@ pub(super) fn frame_hash(study: &Study) -> String {
     let silent = study.plan.driven_paths().filter(|at| path::get(&typed, at).is_none());
     silent.for_each(|at| forget(&mut tree, at));
     let overrides = study.typed.overrides.iter().filter(|one| one.reaches_values() && !counts_rows(&one.path));
-    hash(&tree.to_string(), overrides, (&[], &study.scenes.library))
+    hash(&(tree.to_string() + &study.plan.conversions()), overrides, (&[], &study.scenes.library))
 }
 
 fn without_rows(design: &DesignEntry) -> DesignEntry {
@@ -80,7 +80,7 @@ pub(super) fn budget_free_hash(study: &Study) -> String {
         .overrides
         .iter()
         .filter(|one| one.reaches_values() && !BUDGET_KEYS.iter().any(|key| one.path == *key));
-    hash(&tree.to_string(), overrides, (&study.plan.files, &study.scenes.library))
+    hash(&(tree.to_string() + &study.plan.conversions()), overrides, (&study.plan.files, &study.scenes.library))
 }
 
 #[cfg(test)]

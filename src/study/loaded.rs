@@ -164,7 +164,7 @@ impl Study {
         let mut study = Self { typed, plan, scenes, file, structure, structures, elastic_castings, goal, hash };
         study.read_hammers()?;
         // A tree of finite numbers and texts, which JSON can always hold.
-        let values = serde_json::to_string(&study.file.of_rows()).unwrap_or_default();
+        let values = serde_json::to_string(&study.file.of_rows()).unwrap_or_default() + &study.plan.conversions();
         let overrides = study.typed.overrides.iter().filter(|one| one.reaches_values());
         study.hash = super::hash::hash(&values, overrides, (&study.plan.files, &study.scenes.library));
         Ok(study)

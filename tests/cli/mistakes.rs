@@ -47,6 +47,7 @@ fn what_is_given_in_place_of_a_study_or_a_dataset_is_named() {
         (vec!["verify", "out/pressure_grid/manifest.json"], "give the folder out/pressure_grid"),
         (vec!["report", "out/pressure_grid", "--best", "0"], "expected a whole number from 1 on"),
         (vec!["help", "accuarcy"], "did you mean `accuracy`?"),
+        (vec!["analise"], "analyse"),
         (
             vec!["scene", "paper_rig.toml", "--plot", "rig.png"],
             "the output format is SVG: use a file name that ends in `.svg`",
@@ -132,4 +133,179 @@ fn warnings_are_told_once() {
             "{command}: {text}"
         );
     }
+}
+
+/// Mistakes in a study: what is replaced by what, and the words of the answer. Each names the line and the key, or shows the line,
+/// and says what to write.
+const MISTAKES: &[(&str, &str, &[&str])] = &[
+    ("rows = 240", "rows = 240\nkind2 = fast", &["m.toml:48:9", "a text without quotes", "`kind2 = \"fast\"`"]),
+    ("fidelity = \"standard\"", "fidelity = fast", &["a text without quotes", "`fidelity = \"fast\"`"]),
+    ("fidelity = \"standard\"", "fidelity = \"fast\"", &["`solver.fidelity`", "is \"fast\"", "\"draft\""]),
+    (
+        "range = [4.0, 6.0]",
+        "min = 4.0\nmax = 6.0",
+        &["`design.factor.pressure.min`", "did you mean `range = [LOW, HIGH]`"],
+    ),
+    (
+        "range = [4.0, 6.0]",
+        "range = [6.0, 4.0]",
+        &["`design.factor.pressure.range`", "is empty", "lower end comes first"],
+    ),
+    ("range = [4.0, 6.0]", "range = [4.0]", &["is a list of 1 entry\n", "a list of 2 entries, each a number"]),
+    ("range = [4.0, 6.0]", "range = [4,0, 6,0]", &["is a list of 4 entries", "a point in a number, as in 4.5"]),
+    ("range = [4.0, 6.0]", "range = \"4 to 6\"", &["is the text \"4 to 6\"", "a list of 2 entries, each a number"]),
+    ("range = [4.0, 6.0]", "", &["`design.factor.pressure`: has no range and no values", "`range = [LOW, HIGH]`"]),
+    ("range = [4.0, 6.0]", "range = [4.0, 6.0]\nvalues = [5.0]", &["has both a `range` and `values`"]),
+    ("rows = 240", "rows = \"240\"", &["`design.rows`: is the text \"240\"", "write 240, without quotes"]),
+    ("rows = 240", "rows = 240.0", &["`design.rows`: is the number 240.0", "write 240"]),
+    ("rows = 240", "rows = -5", &["`design.rows`: is -5", "a whole number of at least 0"]),
+    ("rows = 240", "rows = 0", &["`design.rows`: a design needs at least one row"]),
+    ("rows = 240", "rows: 240", &["m.toml:47:", "a colon between key and value", "`rows = 240`"]),
+    ("rows = 240", "rows =", &["m.toml:47:", "a key without a value", "`rows = VALUE`"]),
+    ("rows = 240", "rows = 240 runs", &["a number with text behind it", "`rows = 240`"]),
+    ("rows = 240", "samples = 240", &["`design.samples`: unknown key", "did you mean `rows`?"]),
+    ("supply_bar = 5.0", "supply_bar = 5,0", &["m.toml:16:", "a comma in a number", "a point in a number, as in 5.0"]),
+    ("supply_bar = 5.0", "supply_bar = 5.0 bar", &["a number with text behind it", "`supply_bar = 5.0`"]),
+    (
+        "supply_bar = 5.0",
+        "supply_bar = \"5.0\"",
+        &["`hammer.hammer.supply_bar`: is the text \"5.0\"", "write 5.0, without quotes"],
+    ),
+    ("supply_bar = 5.0", "pressure = 5.0", &["`hammer.hammer.pressure`: unknown key", "did you mean `supply_bar`?"]),
+    ("mass_kg = 3.0", "mass_kg = -3.0", &["`casting.part.mass_kg`", "is -3, expected a positive number"]),
+    ("rail = \"rail\"", "rail = \"rial\"", &["`hammer.hammer.rail`", "did you mean `rail`?"]),
+    (
+        "rail = \"rail\"",
+        "mount = \"R55\"\nrail = \"rail\"",
+        &["`hammer.hammer.mount`", "no interface point `R55`", "did you mean `R5`?"],
+    ),
+    ("file = \"hammers/default.toml\"", "file = \"hammers/no.toml\"", &["`hammer.hammer.file`", "hammers/no.toml"]),
+    ("mass_kg = 3.0", "mass = 3.0", &["`casting.part.mass`: unknown key", "did you mean `mass_kg`?"]),
+    ("mass_kg = 3.0", "mass_kg = 3000", &["3000 kg is unusual", "is it in g (3 kg)?"]),
+    ("mass_kg = 3.0", "", &["`casting.part.mass_kg`: missing key", "add `mass_kg = ...` to `[casting.part]`"]),
+    ("point = \"T1\"", "point = \"T11\"", &["`casting.part.fixture.front_left.point`", "did you mean `T1`?"]),
+    ("point = \"T1\"", "point = T1", &["a text without quotes", "`point = \"T1\"`"]),
+    ("point = \"T1\"", "point = \u{201c}T1\u{201d}", &["curly quotes", "`point = \"T1\"`"]),
+    ("[design]", "[design", &["without its closing bracket", "`[design]`"]),
+    ("[solver]", "[sover]", &["`sover`: unknown key", "did you mean `solver`?"]),
+    ("[solver]", "[casting.part]\n[solver]", &["is defined twice; the first definition is in line 19"]),
+    (
+        "[design.factor.standoff]",
+        "[design.factor.pressure]",
+        &["m.toml:60:", "is defined twice; the first definition is in line 55", "delete or rename one of them"],
+    ),
+    ("seed = 1", "rows = 20", &["is defined twice; the first definition is in line 47"]),
+    ("\"latin_hypercube\"", "\"latin\"", &["`design.kind`: is \"latin\"", "did you mean `latin_hypercube`?"]),
+    ("\"latin_hypercube\"", "\"lhs\"", &["did you mean `latin_hypercube`?"]),
+    ("\"hammer.hammer.supply_bar\"", "\"hammer.hamer.supply_bar\"", &["did you mean `hammer.hammer.supply_bar`?"]),
+    ("\"hammer.hammer.supply_bar\"", "\"supply_bar\"", &["did you mean `hammer.hammer.supply_bar`?"]),
+    ("\"hammer.hammer.supply_bar\"", "\"hammer.hammer.standoff_m\"", &["is driven twice"]),
+    ("unit = \"bar\"", "unit = \"kg\"", &["`design.factor.pressure.unit`: is \"kg\"", "which is in bar", "\"psi\""]),
+    ("unit = \"N/m\"", "unit = \"N/mn\"", &["`design.factor.fixture_stiffness.unit`", "did you mean `N/m`?"]),
+    ("role = \"uncertain\"", "role = \"unsure\"", &["`design.factor.fixture_stiffness.role`", "\"uncertain\""]),
+    ("scale = \"log\"", "scale = \"logarithmic\"", &["`design.factor.fixture_stiffness.scale`", "\"log\""]),
+    (
+        "maximise = \"strike_energy_j\"",
+        "maximise = \"strike_energy\"",
+        &["goal.maximise", "did you mean `strike_energy_j`?"],
+    ),
+    (
+        "maximise = \"strike_energy_j\"",
+        "maximize = \"strike_energy_j\"",
+        &["`goal.maximize`: unknown key", "did you mean `maximise`?"],
+    ),
+];
+
+#[test]
+fn each_mistake_in_a_study_is_answered() {
+    let scratch = folder();
+    let base =
+        fs::read_to_string(Path::new(env!("CARGO_MANIFEST_DIR")).join("studies/placement.toml")).expect("a study");
+    let mut wrong = Vec::new();
+    for (old, new, words) in MISTAKES {
+        assert!(base.contains(old), "{old}");
+        fs::write(scratch.path().join("m.toml"), base.replacen(old, new, 1)).expect("written");
+        let (code, text) = says(&scratch, &["check", "m.toml", "--set", "duration_s=0.01"]);
+        let is_warning = text.starts_with("warning: ");
+        if !(is_warning || code == Some(2) && text.starts_with("error: "))
+            || !words.iter().all(|word| text.contains(word))
+        {
+            wrong
+                .push(format!("{new:?}, {words:?}: {code:?}\n{}", text.lines().take(9).collect::<Vec<_>>().join("\n")));
+        }
+    }
+    assert!(MISTAKES.len() >= 40 && wrong.is_empty(), "{}", wrong.join("\n\n"));
+}
+
+#[test]
+fn other_encodings_are_named() {
+    let scratch = folder();
+    let text = fs::read_to_string(scratch.path().join("paper_rig.toml")).expect("a study");
+    let utf16 = |order: fn(u16) -> [u8; 2]| text.encode_utf16().flat_map(order).collect::<Vec<u8>>();
+    let cases = [
+        ([&[0xff, 0xfe][..], &utf16(u16::to_le_bytes)].concat(), "is encoded as UTF-16: save it as UTF-8"),
+        ([&[0xfe, 0xff][..], &utf16(u16::to_be_bytes)].concat(), "is encoded as UTF-16: save it as UTF-8"),
+        (utf16(u16::to_le_bytes), "is encoded as UTF-16: save it as UTF-8"),
+        ([b"title = \"x\"\n# M\xfcnchen\n", text.as_bytes()].concat(), "line 2 is not UTF-8 text (byte 0xfc)"),
+    ];
+    for (bytes, words) in cases {
+        fs::write(scratch.path().join("m.toml"), bytes).expect("written");
+        let (code, text) = says(&scratch, &["check", "m.toml"]);
+        assert!(code == Some(2) && text.contains("m.toml") && text.contains(words), "{words}: {text}");
+    }
+}
+
+/// Rows that cannot be simulated come first, by kind, with the range that works; `--strict` makes them an exit code.
+#[test]
+fn rows_that_cannot_be_simulated_come_first() {
+    let scratch = folder();
+    let base =
+        fs::read_to_string(Path::new(env!("CARGO_MANIFEST_DIR")).join("studies/placement.toml")).expect("a study");
+    fs::write(scratch.path().join("m.toml"), base.replace("[-0.12, 0.12]", "[-0.30, 0.30]")).expect("written");
+    let check = ["check", "m.toml", "--set", "duration_s=0.01", "--set", "design.rows=40"];
+    let (code, text) = says(&scratch, &check);
+    let first = text.lines().next().unwrap_or_default();
+    assert!(
+        code == Some(0) && first.starts_with("warning: ") && first.ends_with(" of 40 rows cannot be simulated"),
+        "{text}"
+    );
+    assert!(text.contains("hammer `hammer` would miss casting `part`; position must stay within +-0.14 m\n"), "{text}");
+    assert!(text.find("cannot be simulated") < text.find("design         40 rows"), "{text}");
+    assert_eq!(says(&scratch, &[&check[..], &["--strict"]].concat()).0, Some(4));
+    let (code, text) = says(&scratch, &["check", "paper_rig.toml", "--strict", "--set", "duration_s=0.01"]);
+    assert!(code == Some(0) && !text.contains("cannot be simulated"), "{text}");
+    let (_, json) = says(&scratch, &[&check[..], &["--json"]].concat());
+    let json: serde_json::Value = serde_json::from_str(&json[json.find('{').expect("JSON")..]).expect("JSON");
+    let working = &json["invalid"]["kinds"][0]["working"][0];
+    let [low, high] = ["low", "high"].map(|end| working[end].as_f64().expect("a number"));
+    assert!(working["factor"] == "position" && (high - 0.14).abs() < 1e-6 && (low + 0.14).abs() < 1e-6, "{working}");
+}
+
+/// A factor in another unit of its parameter's quantity gives the rows of the same factor in the parameter's unit.
+#[test]
+fn factors_are_converted_to_their_parameters_unit() {
+    let scratch = folder();
+    let base =
+        fs::read_to_string(Path::new(env!("CARGO_MANIFEST_DIR")).join("studies/placement.toml")).expect("a study");
+    fs::write(scratch.path().join("bar.toml"), &base).expect("written");
+    let kilopascal = base.replace("range = [4.0, 6.0]\nunit = \"bar\"", "range = [400.0, 600.0]\nunit = \"kPa\"");
+    fs::write(scratch.path().join("kpa.toml"), kilopascal).expect("written");
+    let (code, text) = says(&scratch, &["check", "kpa.toml", "--set", "duration_s=0.01"]);
+    let note = "note: factor `pressure`: 400 to 600 kPa are converted to 4 to 6 bar for `hammer.hammer.supply_bar`";
+    assert!(code == Some(0) && text.contains(note) && text.contains("pressure: 400 to 600 kPa"), "{text}");
+    let quick = ["--set", "duration_s=0.1", "--set", "solver.fidelity=draft", "--row", "3", "--json"];
+    let scene = |study: &str| {
+        let mut command = Command::new(env!("CARGO_BIN_EXE_decore"));
+        let output = command.args([&["scene", study][..], &quick].concat()).current_dir(scratch.path()).output();
+        let json: serde_json::Value = serde_json::from_slice(&output.expect("started").stdout).expect("JSON");
+        json
+    };
+    let (bar, kpa) = (scene("bar.toml"), scene("kpa.toml"));
+    let energy = |json: &serde_json::Value| {
+        let text = json.to_string();
+        let at = text.find("\"strike_energy_j\":").expect("an output") + 18;
+        text[at..].split([',', '}']).next().and_then(|number| number.parse::<f64>().ok()).expect("a number")
+    };
+    let (a, b) = (energy(&bar), energy(&kpa));
+    assert!(a > 10.0 && (a - b).abs() < 1e-6 * a, "{a} and {b}");
 }

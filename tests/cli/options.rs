@@ -80,6 +80,11 @@ fn the_ranking_is_checked_before_the_rows_are_run() {
     let (code, text, log) = run("hammer_first_impact_energy_j");
     assert_eq!(code, Some(0), "{log}");
     assert!(text.contains("Best rows by `hammer_first_impact_energy_j`"), "{text}");
+    // What matters in a dozen lines of 80 columns.
+    let lines: Vec<&str> = text.lines().collect();
+    // In a pipe the study's title has a line of its own, however long.
+    assert!(lines.len() <= 12 && lines[1..].iter().all(|line| line.chars().count() <= 80), "{text}");
+    assert!(lines.iter().any(|line| line.trim_start().starts_with("(J)")) || text.contains("energy (J)"), "{text}");
 }
 
 #[test]
@@ -203,6 +208,11 @@ fn numerical_twins_have_columns_and_lines() {
         let set: &[&str] = if value.is_empty() { &[] } else { &["--set", &setting] };
         let (code, text, log) = run("run", &[&["--output", folder][..], set].concat());
         assert_eq!(code, Some(0), "{log}");
+        assert!(
+            one_line(&text).contains("Numerical error: at most 0.") && one_line(&text).contains("`, row 0)"),
+            "{text}"
+        );
+        let (_, text, _) = ran(decore(&scratch).args(["report", folder]));
         assert!(text.contains("Numerical errors (relative; 1 row run again with better numerics; "), "{text}");
         assert!(text.contains("  first_impact_energy_j ") && text.contains("  row 0\n"), "{text}");
         let rows = done(folder).expect("columns");
@@ -217,7 +227,7 @@ fn numerical_twins_have_columns_and_lines() {
     for (folder, value) in [("none", "none"), ("false", "false")] {
         let setting = format!("outputs.numerical_twin={value}");
         let (code, text, log) = run("run", &["--set", &setting, "--output", folder]);
-        assert!(code == Some(0) && !text.contains("Numerical errors"), "{text}{log}");
+        assert!(code == Some(0) && !text.contains("Numerical error"), "{text}{log}");
         assert!(done(folder).is_err(), "no such column");
     }
     let (code, _, log) = run("run", &["--set", "outputs.numerical_twin=some", "--output", "some"]);

@@ -66,7 +66,7 @@ fn output_that_cannot_be_printed_is_a_failure() {
         let said = String::from_utf8_lossy(&output.stderr);
         assert_eq!(output.status.code(), Some(NOT_WRITTEN), "{arguments:?}: {said}");
         let last = said.lines().last().unwrap_or_default();
-        assert!(last.starts_with("decore: failed to write to standard output: No space left"), "{arguments:?}: {said}");
+        assert!(last.starts_with("error: failed to write to standard output: No space left"), "{arguments:?}: {said}");
     }
     // What the commands wrote into files is whole.
     let table = fs::read_to_string(folder.path().join("design.csv")).expect("design");

@@ -319,7 +319,7 @@ fn a_sweep_ends_with_what_a_model_of_its_rows_expects() {
     run.current_dir(study.scratch.path()).args(["run", "study.toml", "--output", "out"]);
     let printed = String::from_utf8(expect_code(run, 0).stdout).expect("text");
     let end: Vec<&str> = printed.lines().rev().take(2).collect();
-    assert_eq!(end[0], "`decore best study.toml` proves it by runs.");
+    assert_eq!(end[0], "`decore best study.toml` confirms it by runs.");
     assert!(end[1].ends_with("expected by a model of 16 rows, not checked by runs."), "{printed}");
 }
 

@@ -171,7 +171,7 @@ def compare_signature(owner, name, line, own_place):
     if owner is decore.Surrogate:
         line.pop("model", None)
     if name == "init":
-        line = {"file": own_place}
+        line = {"file": own_place} | line
     shown = {one: None if value in (None, (), inspect.Parameter.empty) else str(value) for one, value in python.items()}
     numbers = {one: str(float(value)) if re.fullmatch(r"[0-9][0-9.e+-]*", value or "") else value for one, value in line.items()}
     alike = {one: str(float(value)) if re.fullmatch(r"[0-9][0-9.e+-]*", value or "") else value for one, value in shown.items()}

@@ -35,7 +35,7 @@ fn syntax_errors_have_their_place() {
     let problem = fault("mass_kg = 3.0", "mass_kg = = 3.0");
     holds(&problem, 9, 11, "", "");
     let twice = fault("mass_kg = 3.0", "mass_kg = 3.0\nmass_kg = 3.0");
-    holds(&twice, 10, 1, "", "duplicate");
+    holds(&twice, 10, 1, "", "the first definition is in line 9");
 }
 
 #[test]
@@ -72,9 +72,9 @@ fn unknown_keys_are_found_everywhere_at_once() {
 
 #[test]
 fn wrong_types_say_what_was_expected() {
-    holds(&fault("mass_kg = 3.0", "mass_kg = \"3\""), 9, 11, "casting.part.mass_kg", "is a text\n");
+    holds(&fault("mass_kg = 3.0", "mass_kg = \"3\""), 9, 11, "casting.part.mass_kg", "is the text \"3\"\n");
     holds(&fault("mass_kg = 3.0", "mass_kg = \"3\""), 9, 11, "casting.part.mass_kg", "expected: a number");
-    holds(&fault("rows = 4", "rows = 4.5"), 15, 8, "design.rows", "expected: a whole number not below 0");
+    holds(&fault("rows = 4", "rows = 4.5"), 15, 8, "design.rows", "expected: a whole number of at least 0");
     holds(&fault("rows = 4", "rows = -4"), 15, 8, "design.rows", "is -4");
     holds(&fault("point = \"T5\"", "point = 5"), 11, 9, "casting.part.fixture.f1.point", "expected: a text in quotes");
     holds(

@@ -8,4 +8,6 @@ mod summary;
 mod text;
 
 pub use charts::{Charts, Paper};
-pub use summary::{DEFAULT_RANKING, Report, ReportSettings, WANTED_ERROR, WorstResidual, summarise};
+pub use summary::{
+    BestRow, DEFAULT_RANKING, NamedValue, Report, ReportSettings, WANTED_ERROR, WorstResidual, summarise,
+};

@@ -537,6 +537,7 @@ class Study:
         threads: int = 0,
         scatter: _Path | None = None,
         wanted_error: float = 0.01,
+        strict: bool = False,
     ) -> Result:
         """Validate a study; print its size, the machine's modes, and the time it will take."""
     def design(
@@ -659,6 +660,13 @@ def paper(
     """Set the publication that the model follows beside what decore gives for its rig: figures, differences, why."""
 def init(
     file: _Path = "study.toml",
+    *,
+    casting_mass_kg: float | None = None,
+    casting_size_m: str | None = None,
+    hammers: int | None = None,
+    pressure_bar: float | None = None,
+    limit_m_s: float | None = None,
+    replace: bool = False,
 ) -> Result:
     """Write a commented study to start from."""
 

@@ -8,6 +8,9 @@ use super::path;
 use super::tree::{Content, Document, Node};
 use decore_quantity::words::nearest;
 
+/// Longest text that a message repeats, in characters.
+const SHOWN_TEXT: usize = 40;
+
 /// Permitted content at one place of a file.
 #[derive(Debug, Clone)]
 pub(crate) enum Shape {
@@ -110,6 +113,15 @@ impl Shape {
         }
     }
 
+    /// Whether numbers fit.
+    pub fn is_number(&self) -> bool {
+        match self {
+            Self::Number | Self::Integer { .. } => true,
+            Self::Either(shapes) => shapes.iter().any(Self::is_number),
+            _ => false,
+        }
+    }
+
     /// The shape in words.
     pub fn words(&self) -> String {
         match self {
@@ -118,8 +130,8 @@ impl Shape {
             Self::Array { item, length: Some(length) } => format!("a list of {length} entries, each {}", item.words()),
             Self::Array { item, length: None } => format!("a list, each entry {}", item.words()),
             Self::Number => "a number".to_string(),
-            Self::Integer { minimum: i64::MIN } => "a whole number".to_string(),
-            Self::Integer { minimum } => format!("a whole number not below {minimum}"),
+            Self::Integer { minimum: i64::MIN } => "a whole number without a decimal point".to_string(),
+            Self::Integer { minimum } => format!("a whole number of at least {minimum}, without a decimal point"),
             Self::Boolean => "true or false".to_string(),
             Self::Text => "a text in quotes".to_string(),
             Self::Choice(choices) => {
@@ -149,7 +161,8 @@ impl Shape {
                 return Err(format!("is \"{text}\""));
             }
             (Self::Array { length: Some(length), .. }, Value::Array(entries)) if entries.len() as u64 != *length => {
-                return Err(format!("is a list of {} entries", entries.len()));
+                let entries = entries.len();
+                return Err(format!("is a list of {entries} {}", if entries == 1 { "entry" } else { "entries" }));
             }
             (Self::Array { item, .. }, Value::Array(entries)) => {
                 return entries.iter().try_for_each(|entry| item.accepts(entry));
@@ -178,11 +191,13 @@ fn either(shapes: &[Shape], value: &Value) -> Result<(), String> {
     Err(first.unwrap_or_else(|| format!("is {}", type_words(value))))
 }
 
+/// The kind of a value, and the value itself if it is short.
 fn type_words(value: &Value) -> String {
     match value {
+        Value::String(text) if text.chars().count() <= SHOWN_TEXT => format!("the text {text:?}"),
         Value::String(_) => "a text".to_string(),
         Value::Integer(number) => format!("the whole number {number}"),
-        Value::Float(number) => format!("the number {number}"),
+        Value::Float(number) => format!("the number {number:?}"),
         Value::Boolean(flag) => flag.to_string(),
         Value::Datetime(_) => "a date".to_string(),
         Value::Array(_) => "a list".to_string(),
@@ -256,7 +271,9 @@ impl Walk<'_> {
                     let span = if is_table { &node.key } else { &node.span };
                     let place = self.document.place(span.clone());
                     let problem = Problem::new(place, path::join(at), message);
-                    self.problems.push(problem.expected(shape.words()).nearest(nearest));
+                    let written = self.document.text.get(node.span.clone()).unwrap_or_default();
+                    let expected = format!("{}{}", shape.words(), advice(shape, &node.content, written));
+                    self.problems.push(problem.expected(expected).nearest(nearest));
                 }
             }
         }
@@ -291,9 +308,44 @@ impl Walk<'_> {
         if !(self.provided)(at) {
             let place = self.document.locate(at);
             let problem = Problem::new(place, path::join(at), "missing key");
-            self.problems.push(problem.expected(shape.map_or_else(String::new, Shape::words)));
+            let table = path::join(at.get(..at.len() - 1).unwrap_or_default());
+            let written = match shape {
+                Some(Shape::Table { .. }) => format!(": add `[{}]`", path::join(at)),
+                Some(Shape::Map(_)) => format!(": add `[{}.NAME]`", path::join(at)),
+                _ if table.is_empty() => format!(": add `{key} = ...` at the top of the file"),
+                _ => format!(": add `{key} = ...` to `[{table}]`"),
+            };
+            self.problems.push(problem.expected(shape.map_or_else(String::new, Shape::words) + &written));
         }
         at.pop();
+    }
+}
+
+/// What to write instead of a value that does not fit, where that is clear.
+fn advice(shape: &Shape, content: &Content, written: &str) -> String {
+    let is_number = |text: &str| text.parse::<f64>().is_ok_and(f64::is_finite);
+    match (shape, content) {
+        (Shape::Number | Shape::Integer { .. }, Content::Leaf(Value::String(text))) if is_number(text) => {
+            format!(": write {text}, without quotes")
+        }
+        (Shape::Boolean, Content::Leaf(Value::String(text))) if ["true", "false"].contains(&text.as_str()) => {
+            format!(": write {text}, without quotes")
+        }
+        (Shape::Integer { .. }, Content::Leaf(Value::Float(number))) if number.fract() == 0.0 => {
+            format!(": write {number}")
+        }
+        (Shape::Text | Shape::Choice(_), Content::Leaf(Value::Integer(_) | Value::Float(_) | Value::Boolean(_))) => {
+            format!(": write \"{written}\"")
+        }
+        (Shape::Array { item, length: Some(length) }, Content::Array(entries))
+            if matches!(**item, Shape::Number) && entries.len() as u64 == 2 * length =>
+        {
+            ", with a point in a number, as in 4.5: a comma separates the entries".to_owned()
+        }
+        (Shape::Array { length: None, .. }, Content::Leaf(Value::String(_) | Value::Integer(_) | Value::Float(_))) => {
+            format!(": write [{written}]")
+        }
+        _ => String::new(),
     }
 }
 

@@ -236,6 +236,14 @@ fn slip(text: &str, at: usize) -> Option<Slip> {
             format!("`{key} = {}`", value.to_lowercase()),
         );
     }
+    if let Some(text) = value.strip_prefix(['\u{201c}', '\u{201d}', '\u{201e}', '\u{2018}', '\u{2019}']) {
+        let text = text.trim_end_matches(['\u{201c}', '\u{201d}', '\u{2018}', '\u{2019}']);
+        return slip(
+            value,
+            "curly quotes, as text programs write them",
+            format!("straight quotes: `{key} = \"{text}\"`"),
+        );
+    }
     let is_word = value.starts_with(|c: char| c.is_alphabetic() || "./_".contains(c))
         && !value.contains(['"', '\'', ',', '{', '[']);
     if is_word {

@@ -1,6 +1,6 @@
 //! The design of a study: its factors, its kind, its constraints.
 
-use super::factor::{FactorInfo, FactorSource, Factors, kind_of};
+use super::factor::{FactorInfo, FactorSource, Factors, Link, kind_of};
 use super::kinds::{DesignChoice, Fault, KindReader, RowFile, spanned};
 use super::reader::{FactorReader, Surroundings};
 use crate::document::error::Problem;
@@ -135,6 +135,16 @@ impl DesignPlan {
             }
         }
         Ok(())
+    }
+
+    /// What is converted from the unit of a factor to that of a parameter, for the study's hash; empty if nothing is.
+    pub fn conversions(&self) -> String {
+        let all = self.factors.iter().flat_map(|factor| &factor.drives).filter(|driven| driven.converted_to.is_some());
+        let words = all.map(|driven| {
+            let Link { factor, offset } = driven.link;
+            format!("\n{}: {factor:e} {offset:e}", path::join(&driven.path))
+        });
+        words.collect()
     }
 
     /// All paths that factors drive.

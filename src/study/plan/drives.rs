@@ -6,6 +6,7 @@ use crate::document::keys::{Shape, shape_at};
 use crate::document::path;
 use crate::file::LinkEntry;
 use decore_quantity::Value;
+use decore_quantity::units::{accepted, conversion, unit_of_key};
 use decore_quantity::words::nearest;
 
 /// Top-level tables and keys that rows may change; the rest is shared by all rows.
@@ -38,9 +39,46 @@ impl<'a> FactorReader<'a> {
                 self.problem_at(&at, format!("`{text}` is driven twice"));
             }
             self.fits(&path);
-            drives.push(Driven { path, link });
+            let (link, converted_to) = self.converted(&path, link);
+            drives.push(Driven { path, link, converted_to });
         }
         drives
+    }
+
+    /// The link with the conversion of the factor's unit to the parameter's, and the parameter's unit if it is another one.
+    ///
+    /// A link with a factor or an offset of its own takes the value in the unit of the factor's first path: its parameter may be any
+    /// quantity.
+    fn converted(&mut self, path: &[String], link: Link) -> (Link, Option<&'static str>) {
+        let Some(unit) = self.entry.unit.as_deref() else { return (link, None) };
+        let first = self.entry.path.iter().chain(self.entry.paths.iter().flatten()).next();
+        let target = match (link == Link::SAME, first.and_then(|first| path::split(first).ok())) {
+            (true, _) => path.to_vec(),
+            (false, Some(first)) => first,
+            (false, None) => return (link, None),
+        };
+        let is_number = shape_at(self.around.shape, self.around.tree, &target).is_ok_and(Shape::is_number);
+        let key = target.iter().rev().find(|part| part.parse::<usize>().is_err());
+        let Some(key) = key.filter(|_| is_number) else { return (link, None) };
+        let own = unit_of_key(key);
+        match conversion(unit, own) {
+            Some(conversion) => {
+                let converted = link.after(conversion);
+                (converted, (converted != link).then_some(own).filter(|_| link == Link::SAME))
+            }
+            None => {
+                let message =
+                    format!("is \"{unit}\", but the factor drives `{}`, which is in {own}", path::join(&target));
+                let units = accepted(own).map(|unit| format!("\"{unit}\"")).collect::<Vec<_>>().join(", ");
+                let known = nearest(unit, accepted(own));
+                let problem = self.problem(&["unit"], message);
+                problem.expected = Some(format!(
+                    "one of {units} (see `decore help units`); values in another unit than {own} are converted"
+                ));
+                problem.nearest = known;
+                (link, None)
+            }
+        }
     }
 
     /// The parameters that `path`, `paths` and the links name.
@@ -60,7 +98,9 @@ impl<'a> FactorReader<'a> {
             (None, None) if !entry.link.is_empty() || entry.expression.is_some() => Vec::new(),
             _ => {
                 let expected = "either `path` or `paths`, the parameters that the factor drives";
-                self.problem(&[], "says not (or twice) what it drives").expected = Some(expected.into());
+                let both = entry.path.is_some() && entry.paths.is_some();
+                let message = if both { "has both `path` and `paths`" } else { "drives no parameter" };
+                self.problem(&[], message).expected = Some(expected.into());
                 return Vec::new();
             }
         };

@@ -4,6 +4,7 @@ use crate::document::path;
 use crate::expression::{self, Expression, Scope};
 use crate::file::FactorRole;
 use decore_model::parameter::short;
+use decore_quantity::units::Conversion;
 use decore_quantity::{Kind, Value};
 use decore_statistics::design::{Distribution, Level};
 
@@ -50,6 +51,8 @@ pub(crate) enum FactorSource {
 pub(crate) struct Driven {
     pub path: Vec<String>,
     pub link: Link,
+    /// Unit of the parameter, where the factor has another one that is converted.
+    pub converted_to: Option<&'static str>,
 }
 
 /// Relation of a parameter to its factor.
@@ -79,6 +82,30 @@ impl FactorInfo {
     /// Paths of the parameters that it drives.
     pub fn paths(&self) -> Vec<String> {
         self.drives.iter().map(|driven| path::join(&driven.path)).collect()
+    }
+
+    /// Its ends in the units of the parameters that it drives, a sentence for each parameter whose unit is another one.
+    pub fn conversions(&self) -> Vec<String> {
+        let unit = self.unit.as_deref().unwrap_or_default();
+        let words = |driven: &Driven| {
+            let to = driven.converted_to?;
+            let path = path::join(&driven.path);
+            let converted = |value: f64| short_digits(driven.link.factor * value + driven.link.offset);
+            let ends: Vec<f64> = self.extremes().into_iter().filter_map(|level| self.value(level).number()).collect();
+            let (low, high) = (ends.iter().copied().reduce(f64::min), ends.iter().copied().reduce(f64::max));
+            Some(match (low, high) {
+                (Some(low), Some(high)) => format!(
+                    "factor `{}`: {} to {} {unit} are converted to {} to {} {to} for `{path}`",
+                    self.name,
+                    short(low),
+                    short(high),
+                    converted(low),
+                    converted(high)
+                ),
+                _ => format!("factor `{}`: values in {unit} are converted to {to} for `{path}`", self.name),
+            })
+        };
+        self.drives.iter().filter_map(words).collect()
     }
 
     /// Domain in words: a range, a distribution, the values or the expression.
@@ -137,6 +164,11 @@ impl FactorInfo {
     }
 }
 
+/// A number to five digits.
+fn short_digits(value: f64) -> String {
+    short(format!("{value:.4e}").parse().unwrap_or(value))
+}
+
 /// A factor's value as TOML.
 pub(crate) fn to_toml(value: &Value) -> toml::Value {
     match value {
@@ -160,6 +192,15 @@ impl Driven {
 impl Link {
     /// The same value.
     pub const SAME: Self = Self { factor: 1.0, offset: 0.0 };
+
+    /// Returns this link behind a conversion of the factor's unit.
+    pub fn after(self, conversion: Conversion) -> Self {
+        let Conversion { factor, offset } = conversion;
+        if (factor, offset) == (1.0, 0.0) {
+            return self;
+        }
+        Self { factor: self.factor * factor, offset: self.factor * offset + self.offset }
+    }
 }
 
 /// Values of the factors so far, as names of an expression.

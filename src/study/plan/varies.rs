@@ -72,8 +72,10 @@ impl FactorReader<'_> {
                 Distribution::Categories { count: values.len() }
             }
             _ => {
-                let expected = "either `range = [low, high]` or `values = [...]`";
-                self.problem(&[], "says not (or twice) what it varies over").expected = Some(expected.into());
+                let expected = "either `range = [LOW, HIGH]` or `values = [...]`";
+                let both = entry.range.is_some() && entry.values.is_some();
+                let message = if both { "has both a `range` and `values`" } else { "has no range and no values" };
+                self.problem(&[], message).expected = Some(expected.into());
                 categories
             }
         }
