@@ -38,8 +38,8 @@ struct Carrier<'l> {
     acts: bool,
 }
 
-/// Gives the contacts under a casting their shares of its weight and clamp forces. Contacts that the casting does not touch get a gap. The
-/// machine is rigid here.
+/// Gives the contacts under a casting their shares of its weight and of the forces of its clamps; those from which it then stands off get
+/// a gap. The machine is rigid here.
 ///
 /// Solves `K u = W` with `K = sum k b b'` over the fixtures that carry, `b` the row of the held point, until none pulls and none that was
 /// left out is pressed: `F = k b u`.
