@@ -70,8 +70,7 @@ pub fn ladder(scene: &Scene) -> Vec<Setting> {
 /// The methods at a fixed step, for comparison: the model as published (guide on its spring, modes integrated), contacts
 /// noticed at the ends of steps unless located.
 ///
-/// Without `slow` those are left out that take many times as long as the others: the Runge-Kutta rule at 1 us and the
-/// implicit trapezoid.
+/// Without `slow`, leaves out the methods that take many times as long: the Runge-Kutta rule at 1 us and the implicit trapezoid.
 pub fn fixed_steps(scene: &SolverSettings, slow: bool) -> Vec<Setting> {
     // Family, method, step, whether contacts are located, whether it is slow.
     let all = [
@@ -109,7 +108,7 @@ pub struct Measurement {
     pub counters: Counters,
     /// Outputs of the run as a whole; `None` unless it reached its end.
     pub totals: Option<RunTotals>,
-    /// Relative error of each output against the reference; NaN if neither has it, infinite if one lacks it.
+    /// Relative error of each output, compared with the reference; NaN if neither has the output, infinite if one lacks it.
     pub errors: Vec<f64>,
 }
 

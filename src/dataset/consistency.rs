@@ -6,8 +6,7 @@ use super::columns::TableName;
 use super::error::DatasetError;
 use super::manifest::{MANIFEST_NAME, Manifest, RowSpan, TIMINGS_NAME, TablePart, TimingsManifest, part_file};
 
-/// Refuses manifests whose parts are listed twice, leave a gap, have another name than their block's or do not add up to the rows
-/// that are there.
+/// Refuses manifests whose parts are listed twice, leave a gap, do not have the name of their block, or do not add up to the existing rows.
 ///
 /// # Errors
 /// [`DatasetError::Damaged`].
@@ -101,7 +100,7 @@ mod tests {
         TablePart { file, first_row, records, failed: 0, bytes: 0, blake3: String::new() }
     }
 
-    /// Rows 0 to 9 in blocks of 4, of which 5 to 7 are missing.
+    /// Rows 0 to 9 in blocks of 4, without rows 5 to 7.
     fn manifest() -> Manifest {
         let info = DatasetInfo { rows: 10, rows_per_part: 4, ..DatasetInfo::empty() };
         let mut manifest = Manifest::new(info, RowSpan { first: 0, end: 10 });

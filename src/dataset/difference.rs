@@ -45,7 +45,7 @@ pub fn study_key(info: &DatasetInfo) -> StudyKey {
 /// Settings outside the study that are budgets of a row.
 const BUDGETS: [&str; 1] = [RETRIES];
 
-/// Whether two studies are the same except for the budgets of a row.
+/// Whether two studies differ only in the budgets of a row.
 pub fn is_same_but_budgets(one: &DatasetInfo, other: &DatasetInfo) -> bool {
     let without_budgets = |info: &DatasetInfo| {
         let mut info = DatasetInfo { study_hash: info.budget_free_hash.clone(), ..info.clone() };

@@ -15,7 +15,7 @@ pub fn failed_to(action: &'static str, path: &Path) -> impl FnOnce(io::Error) ->
     move |source| DatasetError::Io { action, path, source }
 }
 
-/// Refuses a symbolic link in place of a file that is written to where it is: the link's target would be overwritten.
+/// Refuses a symbolic link in place of a file that is changed in place: the link's target would be overwritten.
 ///
 /// # Errors
 /// [`io::ErrorKind::InvalidInput`].

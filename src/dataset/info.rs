@@ -23,7 +23,7 @@ pub struct FactorColumn {
     pub description: String,
 }
 
-/// A core point or a one-sided fixture, of which there are columns.
+/// A core point or a one-sided fixture with columns of its own.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
 pub struct PartColumn {
     /// Name of its casting as in the study.
@@ -44,7 +44,7 @@ pub struct SignalColumn {
 }
 
 impl SignalColumn {
-    /// The column of a signal of which means over `interval_s` are kept.
+    /// Column of a signal whose means over `interval_s` are stored.
     pub fn of(signal: &Signal, interval_s: f64) -> Self {
         let what = signal.description.trim_end_matches('.');
         Self {

@@ -248,7 +248,7 @@ fn begin_of(key: StudyKey) -> Vec<u8> {
     [&MAGIC[..], &key, &checksum(&key)].concat()
 }
 
-/// Puts the description of a dataset into its journal, unless it is there already. `staging`: a folder for files not yet in place.
+/// Writes the description of a dataset into its journal, unless it is there already. `staging`: folder for temporary files.
 ///
 /// # Errors
 /// The system's.
@@ -368,13 +368,13 @@ struct Frames {
     lost: usize,
 }
 
-/// The key of the study that a file of rows names; `None` if it names none, or its first bytes are damaged.
+/// Key of the study in a file of rows; `None` if the file has none, or its first bytes are damaged.
 fn key_of(bytes: &[u8]) -> Option<StudyKey> {
     let (key, rest) = bytes.strip_prefix(MAGIC)?.split_first_chunk()?;
     rest.starts_with(&checksum(key)).then_some(*key)
 }
 
-/// Visits the whole rows, also those behind bytes that are damaged.
+/// Visits all complete rows, also after damaged bytes.
 fn visit_frames(bytes: &[u8], take: &mut dyn FnMut(StoredRow)) -> Frames {
     let begin = match key_of(bytes) {
         Some(key) => begin_of(key).len(),

@@ -64,7 +64,7 @@ pub struct Manifest {
     pub complete: bool,
     /// Rows of the complete dataset: all rows of the design, or of a shard.
     pub range: RowSpan,
-    /// Number of existing rows, whatever their status.
+    /// Number of existing rows with any status.
     pub rows_done: u64,
     /// Existing rows: ascending spans with gaps between them.
     pub done: Vec<RowSpan>,

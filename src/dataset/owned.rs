@@ -17,8 +17,8 @@ const FILES: [&str; 4] = [MANIFEST_NAME, TIMINGS_NAME, STATUS_NAME, LOCK_NAME];
 /// Hidden folders in it.
 const HIDDEN: [&str; 5] = [STAGING, JOURNAL, GROWING, DAMAGED, REPLACED];
 
-/// The folder of the dataset in whose own places `path` lies or would lie; `None`: it is not a dataset's. Links of `path` are
-/// followed already. `coming`: folders that are to become datasets, whatever they hold now.
+/// Folder of the dataset that would own `path`; `None` if there is none. The links of `path` must be resolved. `coming`: folders that will
+/// become datasets, whatever they contain now.
 pub fn owner<'a>(path: &'a Path, coming: &[PathBuf]) -> Option<&'a Path> {
     path.ancestors().skip(1).find(|folder| {
         let first = path.strip_prefix(folder).ok().and_then(|inside| inside.iter().next());

@@ -174,7 +174,7 @@ impl DatasetReader {
         Opening { folder: self.folder.clone(), study_hash: self.manifest.study.study_hash.clone() }
     }
 
-    /// Faults that are seen without reading the parts: files that are not parts, parts that are gone or of another length.
+    /// Faults that are visible without reading the parts: foreign files, missing parts and parts of another length.
     pub fn damage_at_a_glance(&self) -> Vec<DatasetError> {
         let parts = TableName::KNOWN.into_iter().flat_map(|table| self.parts(table));
         let odd = parts.filter_map(|part| {
@@ -193,7 +193,7 @@ impl DatasetReader {
         self.strays().into_iter().chain(odd).collect()
     }
 
-    /// Files in the tables' folders that are not parts of the dataset, but that readers of the whole folder read too.
+    /// Foreign files in the tables' folders, which readers of the whole folder would read too.
     pub fn strays(&self) -> Vec<DatasetError> {
         strays(&self.folder, &self.manifest).unwrap_or_else(|error| vec![error])
     }
@@ -238,7 +238,7 @@ impl Opening {
     }
 }
 
-/// Opens a part of the dataset in `folder`: the bytes that are parsed are those whose length and checksum were compared.
+/// Opens a part of the dataset in `folder`, and parses exactly the bytes whose length and checksum were compared.
 ///
 /// # Errors
 /// [`DatasetError::Damaged`], the Parquet library's or the system's.

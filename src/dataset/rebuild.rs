@@ -42,7 +42,7 @@ pub struct Known {
     pub timings: TimingsManifest,
     /// Losses, in words.
     pub notes: Vec<String>,
-    /// Parts of `runs` and `blows` in the folder that nothing vouches for, where the manifest was lost.
+    /// Parts of `runs` and `blows` in the folder without a checksum, after the loss of the manifest.
     pub unvouched: Vec<(u64, PathBuf)>,
 }
 
@@ -130,7 +130,7 @@ fn manifest_of_parts(folder: &Path, begun: Option<Manifest>) -> Result<Option<Ma
     Ok(manifest)
 }
 
-/// The timings of the manifest's blocks that are there and can be read.
+/// Readable timings of the manifest's blocks.
 ///
 /// # Errors
 /// [`DatasetError::DuplicateColumn`], or the system's.
@@ -179,7 +179,7 @@ fn part_files(folder: &Path, table: TableName) -> Result<Vec<(u64, PathBuf)>, Da
     Ok(found)
 }
 
-/// Files in the tables' folders that are not parts of the dataset: whoever reads all files of a folder reads them too.
+/// Foreign files in the tables' folders: readers of all files of a folder would read them too.
 ///
 /// A part that no manifest lists is none of them: a sweep that was killed leaves it, and the next run puts it in place.
 ///

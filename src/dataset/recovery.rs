@@ -23,7 +23,7 @@ pub struct Recovered {
     pub pending: BTreeMap<u64, Block>,
     /// Rows that exist only in a part. They must go into the journal before the part is rewritten.
     pub only_in_parts: BTreeSet<u64>,
-    /// Rows to be run, where not all that are missing are; ascending.
+    /// Rows to run, ascending, if only some of the missing ones are run.
     pub chosen: Option<Vec<RowSpan>>,
     /// Damaged files; their rows must be computed again.
     pub damaged: Vec<DatasetError>,
@@ -124,7 +124,7 @@ impl Recovered {
         }
     }
 
-    /// Forgets timings that are damaged or gone: they are no reason to compute a row again. Returns the rows whose own they are.
+    /// Removes damaged or missing timings, which are no reason to compute a row again. Returns their rows.
     fn drop_lost_timings(&mut self, folder: &Path) -> Vec<RowSpan> {
         // Timings that are ahead of the manifest are written again with the block.
         self.timings
@@ -221,7 +221,7 @@ pub struct BlockParts<'a> {
 }
 
 impl<'a> BlockParts<'a> {
-    /// The parts of a block; `None` unless the manifest has those that depend on the study alone.
+    /// Parts of a block; `None` unless the manifest has all parts that depend only on the study.
     pub fn find(manifest: &'a Manifest, timings: &'a [TablePart], first_row: u64) -> Option<Self> {
         let (runs, blows) = (find(&manifest.runs, first_row)?, find(&manifest.blows, first_row)?);
         let signals = find(&manifest.signals, first_row);

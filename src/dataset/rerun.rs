@@ -18,7 +18,7 @@ use super::store::Block;
 pub enum RerunSelection {
     /// All rows with another status than done.
     Failed,
-    /// These, whether they are there or not: ascending, without overlap.
+    /// These rows, existing or not: ascending, without overlap.
     Rows(Vec<RowSpan>),
 }
 

@@ -13,8 +13,8 @@ use super::store::{GROWING, remove};
 /// Marker file in the grown dataset: it is whole and replaces the dataset around it.
 pub const READY: &str = "ready";
 
-/// Completes a growth of the dataset in `folder` that was interrupted, or undoes it where it was not whole yet. Without one it does
-/// nothing, and needs no lock.
+/// Completes an interrupted growth of the dataset in `folder`, or undoes it if it was incomplete. Without such a growth it does nothing,
+/// and needs no lock.
 ///
 /// # Errors
 /// [`DatasetError::InUse`] or the system's.

@@ -29,7 +29,7 @@ pub enum SweepState {
     Complete,
     /// Stopped by a signal; the same command continues.
     Interrupted,
-    /// Stopped at once by a second signal: rows that ended are there, those that ran are not; the same command continues.
+    /// Stopped at once by a second signal: finished rows are stored, running rows are lost. The same command continues.
     StoppedAtOnce,
     /// Stopped because more rows failed than were allowed.
     TooManyFailed,
@@ -71,7 +71,7 @@ pub struct SweepStatus {
     pub rows_done: u64,
     /// Of these, rows from earlier runs.
     pub rows_recovered: u64,
-    /// Of the rows done with, those with another status than done.
+    /// Number of ended rows with another status than done.
     pub rows_failed: u64,
     /// Threads that run rows.
     pub threads: u64,

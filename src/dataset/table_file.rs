@@ -35,7 +35,7 @@ pub struct TableColumn {
 }
 
 impl TableColumn {
-    /// The column of a quantity, a row per item. Where there is no value it has NaN or an empty text.
+    /// Column of a quantity, a row per item. Missing values are NaN or an empty text.
     pub fn new<'a, T: 'static>(quantity: &Quantity<T>, items: impl Iterator<Item = Option<&'a T>>) -> Self {
         let cells = items.map(|item| item.and_then(quantity.value));
         let values = match quantity.kind {

@@ -3,7 +3,7 @@
 use std::path::{Path, PathBuf};
 use std::sync::{Mutex, PoisonError};
 
-/// One thing that was asked of the disk, or promised of it.
+/// An operation on the disk, or its completion.
 #[derive(Debug, Clone)]
 pub enum Event {
     /// A file has these contents now.

@@ -147,7 +147,7 @@ impl DatasetWriter {
         Self::start(folder, columns, recovered, lock)
     }
 
-    /// Opens a dataset to run chosen rows of it again, in place of the ones that are there; the budgets of `info` may be others.
+    /// Opens a dataset to re-run and replace chosen rows. The budgets of `info` may differ.
     ///
     /// A row that is not done does not replace one that is.
     ///
@@ -256,7 +256,7 @@ impl DatasetWriter {
         self.recovered
     }
 
-    /// The damaged parts that were found; their rows are among those that are to come. The files are in `.damaged`.
+    /// Damaged parts; their rows must be computed again. The files are in `.damaged`.
     pub fn damaged(&self) -> &[DatasetError] {
         &self.damaged
     }
@@ -276,7 +276,7 @@ impl DatasetWriter {
         self.accept(row)
     }
 
-    /// Takes a stored row; hands its block over to be written when all rows of it are there.
+    /// Takes a stored row, and writes its block when it is complete.
     ///
     /// # Errors
     /// [`DatasetError::UnexpectedRow`]; [`DatasetError::Gone`] if the folder is another one: asked for every row here, on the one
@@ -434,7 +434,7 @@ struct ResumeCheck<'a> {
     info: &'a DatasetInfo,
     /// Rows that the dataset is to hold.
     range: RowSpan,
-    /// Rows to run again; `None`: those that are missing.
+    /// Rows to re-run; `None`: missing rows.
     chosen: Option<&'a RerunSelection>,
 }
 
@@ -509,7 +509,7 @@ fn refuse_change(
     })
 }
 
-/// Number of rows that a dataset has, those in its journal included.
+/// Number of rows of a dataset, including its journal.
 fn rows_there(folder: &Path, manifest: &Manifest) -> Result<u64, DatasetError> {
     Ok(manifest.rows_done + journal::count(folder, &|row| !manifest.has(row))?.0)
 }

@@ -376,7 +376,7 @@ impl ShockResponse {
         old
     }
 
-    /// Asks for more or less of the present window from now on.
+    /// Changes the computed quantities of the present window from now on.
     pub fn watch(&mut self, watch: Watch) {
         self.watch = watch;
         self.set_levels();

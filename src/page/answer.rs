@@ -67,8 +67,8 @@ struct Casting {
     fixtures: Vec<Named<[f64; 2]>>,
 }
 
-/// Answers the goal of a dataset's study from its rows and those that `decore best` added; `None`: the study has no goal. `rows`: how
-/// many the dataset holds. The models are appended to the page's data.
+/// Answers the goal of a dataset's study from its rows and the rows that `decore best` added; `None` if the study has no goal. `rows`:
+/// number of rows of the dataset. The models are appended to the page's data.
 pub(super) fn answered(
     reader: &DatasetReader,
     study: Result<&CheckedStudy, &str>,

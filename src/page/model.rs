@@ -19,7 +19,7 @@ struct OutputData {
     output: String,
     unit: String,
     description: String,
-    /// The value that all rows have, where that is why there is no process.
+    /// Value of a constant output, which has no process.
     constant: Option<f64>,
     process: Option<ProcessData>,
     success: Option<SuccessData>,

@@ -12,7 +12,7 @@ const MOST_VALUES: u64 = 2_400_000;
 /// Rows at each end of a column that are kept whatever their index.
 const EXTREMES: usize = 20;
 
-/// Rows that are kept of a table with more: those whose index has a small hash, and the extremes of the columns of numbers.
+/// Selected rows of a larger table: a sample by the hash of the index, and the extremes of numerical columns.
 pub(super) struct KeptRows {
     /// Hashes from here on are left out.
     bound: u64,

@@ -336,7 +336,7 @@ fn shocks(view: &SceneView<'_>) -> Shocks {
     Shocks { frequencies_hz: spectrum_frequencies_hz().to_vec(), cores }
 }
 
-/// The measured curves whose signals are there.
+/// Measured curves with their signals.
 fn measured<'a>(view: &SceneView<'a>, data: &mut Samples) -> Vec<Curve<'a>> {
     let of = |curve: &MeasuredCurve<'a>| view.signals.iter().find(|signal| signal.name == curve.signal);
     let curves = view.measured.iter().filter_map(|curve| Some((of(curve)?, curve)));

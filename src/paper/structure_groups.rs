@@ -97,7 +97,7 @@ fn mobility(ours: &Ours) -> FigureGroup {
     }
 }
 
-/// The value nearest to another; itself where there is none.
+/// The value nearest to another; itself if there is none.
 fn nearest(values: &[f64], to: f64) -> f64 {
     let distance = |value: &&f64| (**value - to).abs();
     values.iter().min_by(|a, b| distance(a).total_cmp(&distance(b))).copied().unwrap_or(to)

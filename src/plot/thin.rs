@@ -1,7 +1,6 @@
 //! Thins curves of many points to the resolution of a picture.
 
-/// The points of a curve that can be seen: of all that fall into one of `columns` equal parts of the abscissa the first, the
-/// least, the largest and the last. Peaks stay.
+/// Visible points of a curve: the first, smallest, largest and last point in each of `columns` equal parts of the abscissa. Peaks stay.
 pub fn thinned(points: &[(f64, f64)], columns: usize) -> Vec<(f64, f64)> {
     let (Some(first), Some(last)) = (points.first(), points.last()) else { return Vec::new() };
     if points.len() <= 4 * columns || last.0 <= first.0 {

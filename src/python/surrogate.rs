@@ -21,7 +21,7 @@ type Bytes = Cow<'static, [u8]>;
 /// Stands for the file of pickled models in errors.
 const PICKLE: &str = "pickled models";
 
-/// Models of the outputs of a dataset over its factors, or those in the file that `save` wrote; `str` has them in words.
+/// Models of a dataset's outputs over its factors, or from a file of `save`; `str` describes them in words.
 ///
 /// >>> models.save("out/models.parquet")
 /// >>> decore.Surrogate("out/models.parquet").text == models.text

@@ -233,7 +233,7 @@ struct Numbers {
 }
 
 impl Numbers {
-    /// The numbers of a column; `None` for texts. Whole numbers of which some are not there become real ones.
+    /// Numbers of a column; `None` for texts. Whole numbers with missing values become real numbers.
     fn of(columns: &[&ArrayRef]) -> Option<Self> {
         let first = columns.first()?;
         let whole = columns.iter().all(|column| column.null_count() == 0);

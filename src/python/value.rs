@@ -25,7 +25,7 @@ impl<'py> FromPyObject<'_, 'py> for FilePath {
     }
 }
 
-/// Whether a value is true; `None` if it is not a truth value, numpy's included.
+/// Whether a value is true; `None` if it is not a truth value (Python's or NumPy's).
 pub fn truth(from: &Bound<'_, PyAny>) -> Option<bool> {
     from.extract().ok()
 }

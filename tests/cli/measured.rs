@@ -177,7 +177,10 @@ fn files_of_loggers_are_read_or_it_is_told_what_to_do() {
     };
     for (bytes, words) in [
         (&b"time;vib\n0;1\n"[..], "has no column `time_s`; it has: time, vib"),
-        (b"time_s,vib\n[s],[mm/s]\n0,1\n", "line 2, column `time_s`: expected a number, found `[s]` (a row of units"),
+        (
+            b"time_s,vib\n[s],[mm/s]\n0,1\n",
+            "line 2, column `time_s`: expected a number, found `[s]` (remove a row of units",
+        ),
         (
             b"time_s;vib\n0.5;1\n1.5;1,234\n",
             "line 3, column `vib`: expected a number, found `1,234` (a comma is read as",

@@ -132,7 +132,8 @@ fn limit_states(models: &Models, found: &Expected, checks: Option<&Checks>) -> V
     models.wanted.iter().enumerate().filter_map(state).collect()
 }
 
-/// The best decisions that hold the limits at other places: apart in a factor that moves a hammer, if there is one, else in any.
+/// The best decisions within the limits at other places: different in a factor that moves a hammer, if there is one, otherwise in any
+/// factor.
 fn alternatives(pool: &Pool<'_>, decision: &Decision) -> Vec<Alternative> {
     let (space, models, bounds) = (pool.space, pool.models, pool.models.bounds());
     let moves = |place: usize| {

@@ -144,7 +144,7 @@ impl Expected {
         held(&limits, &self.success, caution)
     }
 
-    /// By how much the expected values break the limit that is farthest off, as a share of it; 0 if they hold all.
+    /// Largest violation of a limit by the expected values, as a share of the limit; 0 if they are within all limits.
     pub fn lack(&self, wanted: &[Wanted], bounds: &[f64]) -> f64 {
         let of = |((wanted, at), bound): ((&Wanted, &Vec<Predicted>), &f64)| {
             let over = match wanted.side {

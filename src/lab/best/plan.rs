@@ -92,7 +92,7 @@ pub fn expected(study: &CheckedStudy, reader: &DatasetReader) -> Result<Answer, 
     }
 }
 
-/// Rows of a batch that narrow the choice, for a table that holds all rows; none if the choice is made.
+/// Rows of a batch that narrow the choice, for a table with all rows; none if the choice is made.
 ///
 /// # Errors
 /// As [`next`].
@@ -157,7 +157,7 @@ fn to_learn(pool: &Pool<'_>, batch: usize) -> Result<Vec<Vec<String>>, BestError
     Ok(rows.into_iter().map(row).collect())
 }
 
-/// The proposal over draws of the uncertain factors; where there are none, over the accuracy with which its values are set.
+/// The proposal with draws of the uncertain factors; without such factors, with values varied within the accuracy of their setting.
 fn to_check(pool: &Pool<'_>, best: usize, (count, before): (usize, usize)) -> Result<Vec<Vec<String>>, BestError> {
     let (space, decision) = (pool.space, &pool.all[best].decision);
     if space.uncertain.is_empty() {

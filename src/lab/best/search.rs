@@ -30,7 +30,7 @@ pub(super) struct Merit {
     pub goal: f64,
     /// Share of runs that hold the limits, with the model's error on the bad side.
     pub share: f64,
-    /// By how much the expected values break the limit that is farthest off, as a share of it; 0 if they hold all.
+    /// Largest violation of a limit by the expected values, as a share of the limit; 0 if they are within all limits.
     pub lack: f64,
 }
 

@@ -28,7 +28,7 @@ pub(super) struct Space<'a> {
     pub decisions: Vec<usize>,
     /// Uncertain factors, by their places in the design.
     pub uncertain: Vec<usize>,
-    /// Equally likely levels of the uncertain factors; one empty list where there are none.
+    /// Equally likely levels of the uncertain factors; one empty list if there are none.
     pub nodes: Vec<Vec<Level>>,
 }
 
@@ -79,7 +79,7 @@ impl<'a> Space<'a> {
         drawn(self.study)[self.uncertain[place]]
     }
 
-    /// Decisions that fill their ranges, and those in a box about a place where rows can be run.
+    /// Decisions that fill their ranges, and decisions in a box around a feasible place.
     pub fn spread(&self, count: usize) -> Result<Vec<Decision>, BestError> {
         let kind = Kind::Sobol(Sobol { rows: 4 * count, scramble: true });
         let design = Design::new(kind, self.factors(&self.decisions), hash(self.seed(), 2, 0))?;

@@ -401,5 +401,5 @@ pub(super) const FIGURES: &[CastingFigure<'static>] = &[
 
 const STRUCK_BLOWS: &str = "struck_blows";
 const BLOW_ENERGY_MEAN: &str = "blow_energy_mean_j";
-/// Name of the column that is there only where a work is requested.
+/// Name of the column that exists only with `--work-j`.
 pub(super) const TIME_TO_WORK: &str = "time_to_work_s";

@@ -57,7 +57,7 @@ pub fn find(columns: &[FeatureColumn]) -> Vec<Derived> {
 }
 
 impl<'a> Numbers<'a> {
-    /// Columns whose numbers are not a measurement by themselves are not looked at; nor are those with few different values.
+    /// Ignores columns whose numbers are no measurements, and columns with few different values.
     fn of(column: &'a FeatureColumn) -> Option<Self> {
         if !matches!(column.role, Role::Factor | Role::Target) {
             return None;

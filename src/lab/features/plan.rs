@@ -282,7 +282,7 @@ impl<'a> Planned<'a> {
         }
     }
 
-    /// A figure, its scatter where the dataset has twins, and its standard error.
+    /// Adds a figure, its standard error, and its scatter if the dataset has twins.
     pub fn add_figure(&mut self, reads: &mut Reads<'a>, figure: &CastingFigure) {
         let (name, words) = (figure.name, figure.description.trim_end_matches('.'));
         let kind = figure.kind();

@@ -167,7 +167,7 @@ struct SpectralLine {
     power: f64,
 }
 
-/// Lines that are higher than those on both sides, the strongest first, down to [`LEAST_POWER`] of it. The mean is none.
+/// Lines that are higher than both neighbours, the strongest first, down to [`LEAST_POWER`] of it, without the mean.
 fn lines(density: &Density) -> Vec<SpectralLine> {
     let top = |(line, three): (usize, &[f64])| match three {
         [before, at, after] if at > before && at >= after => {

@@ -91,7 +91,7 @@ pub fn read(file: &Path, time: (&str, Unit), channels: &[(&str, Unit)]) -> Resul
     channels.iter().enumerate().map(channel).collect()
 }
 
-/// A cell in the unit of the SI; `None` if it is none, or beyond all numbers.
+/// A cell in SI units; `None` if it is not a number, or out of range.
 fn number(row: &TableRow, cell: usize, unit: Unit) -> Option<f64> {
     let number = row.cells.get(cell)?.parse::<f64>().ok()?;
     Some(unit.factor * number).filter(|number| number.is_finite())

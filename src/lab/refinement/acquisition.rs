@@ -34,7 +34,7 @@ pub struct Learned<'a> {
     pub process: &'a GaussianProcess,
     /// Probability of each candidate that a run there has the output.
     pub success: Vec<f64>,
-    /// `None`: it matters everywhere; a value: where the output may have it.
+    /// `None`: the output matters everywhere. A value: it matters where the output may have this value.
     pub boundary: Option<f64>,
 }
 

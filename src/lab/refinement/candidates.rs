@@ -9,7 +9,7 @@ use decore_quantity::Value;
 use decore_statistics::design::{Coordinate, Design, Distribution, Factor, Kind, Level, Sobol};
 use decore_study::CheckedStudy;
 
-/// Points tried for each candidate requested, at most: constraints may leave few.
+/// Largest number of tried points per wanted candidate: constraints may leave few.
 const MOST_TRIED: usize = 64;
 /// Stream of the numbers by which candidates lie near a row.
 const NEAR: u64 = 0x6e65_6172;
@@ -149,7 +149,7 @@ impl<'a> Collector<'a> {
         self.shares.retain(|_| shares.next().is_some_and(|is_left| *is_left));
     }
 
-    /// The candidates; the rows where there are none.
+    /// The candidates; the rows if there are none.
     pub fn places(&self) -> Vec<Vec<String>> {
         match self.found.is_empty() {
             true => (0..self.study.row_count()).map(|row| cells(&self.study.row_values(row))).collect(),

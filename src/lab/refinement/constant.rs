@@ -20,7 +20,7 @@ pub(super) struct Constant {
 }
 
 impl Constant {
-    /// An output without a model, where that is so because it is constant.
+    /// Reads an output without a model, if the reason is that it is constant.
     ///
     /// # Errors
     /// Those of reading.

@@ -80,7 +80,7 @@ impl Goal {
 pub struct Limit {
     /// Column of `runs`.
     pub output: String,
-    /// Whether it may be at most or at least the value.
+    /// Side of the limit: at most, or at least the value.
     pub side: Side,
     /// The value, in the column's unit.
     pub value: f64,

@@ -17,8 +17,8 @@ pub struct Progress {
     pub rows: u64,
     /// Number of failed rows, for the goal `failures`; null otherwise.
     pub failed: Option<u64>,
-    /// Rows of those whose values describe no scene that can be simulated; such places are no part of the shares of `boundary`. Null
-    /// as `failed` is.
+    /// Number of failed rows whose values describe no feasible scene; such places do not count in the shares of `boundary`. Null if
+    /// `failed` is.
     pub without_scene: Option<u64>,
     /// The outputs that are modelled; none if it is sought where rows fail.
     pub outputs: Vec<OutputProgress>,
@@ -36,8 +36,7 @@ pub struct Progress {
     pub notes: Vec<String>,
     /// Whether all requested aims are reached.
     pub reached: bool,
-    /// Whether it is not, and no place is left for a further row: all that meet the constraints and describe a scene are rows already,
-    /// or so near to one that they would be its copies.
+    /// Whether the goal is not reached, and no place is left for a further row: all feasible places are rows already, or too near to one.
     pub exhausted: bool,
 }
 
@@ -75,8 +74,8 @@ pub struct Best {
 /// Boundary of a limit.
 #[derive(Debug, Clone, PartialEq, Serialize, JsonSchema)]
 pub struct Boundary {
-    /// Share of the places that may be run that is within the limit, or where rows succeed, as the model expects: of those in the ranges
-    /// of the factors that meet all constraints and describe a scene.
+    /// Expected share of the feasible places that are within the limit, or where rows succeed. Feasible places are in the ranges of the
+    /// factors, meet all constraints and describe a scene.
     pub within: f64,
     /// Share of them that the model takes for the wrong side, as it expects itself.
     pub unsure: f64,

@@ -268,7 +268,7 @@ pub(super) struct Ranged<'a> {
     pub columns: Vec<(usize, &'a ColumnDescription)>,
 }
 
-/// The outputs whose ranges are shown, of those that the table has.
+/// Outputs of the table whose ranges are printed.
 pub(super) fn ranged(columns: &[ColumnDescription]) -> Ranged<'_> {
     let named = |name: &str| columns.iter().find(|column| column.name == name);
     let of_subjects = |quantity: &str| {

@@ -9,7 +9,7 @@ use decore_study::DesignOutline;
 const CHANCE: f64 = 1e-3;
 /// Rows at most that are compared.
 const COMPARED_ROWS: usize = 10_000;
-/// Rank correlations below this are no matter, nor shares of ranks between names below its square.
+/// Rank correlations below this are ignored, and shares of ranks between names below its square.
 const LEAST_CORRELATION: f64 = 0.1;
 /// Rows below which nothing is compared.
 const LEAST_ROWS: usize = 10;
@@ -64,7 +64,7 @@ impl Bond {
     }
 }
 
-/// The two factors that go together most of those that chance does not bring together; of two factors of names nothing is said.
+/// The two factors with the strongest significant relation. Pairs of factors of names are not tested.
 fn closest(table: &Table) -> Option<DependentFactors<'_>> {
     let done: Vec<usize> = (0..table.rows.len()).filter(|place| table.faults[*place].is_none()).collect();
     let rows: Vec<usize> = drawn_rows(done.len(), COMPARED_ROWS, 0).into_iter().map(|place| done[place]).collect();

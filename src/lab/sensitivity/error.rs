@@ -30,13 +30,13 @@ pub enum SensitivityError {
         /// The factor that differs.
         factor: String,
     },
-    /// Trajectories, of which other indices than elementary effects are requested.
+    /// Other indices than elementary effects were requested for trajectories.
     #[error(
         "the rows of a `morris` design serve elementary effects only, as they lie on trajectories: other indices need another \
          kind of design"
     )]
     Trajectories,
-    /// Rows that are analysed as any rows are whether or not it is requested.
+    /// `given` was set for a design that always has these indices.
     #[error(
         "`given` is for `saltelli` designs only; the rows of this design always have these indices: leave `given` out"
     )]

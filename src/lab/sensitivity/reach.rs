@@ -4,8 +4,8 @@ use super::table::FactorColumn;
 use decore_statistics::analysis::Reach;
 use decore_study::FactorOutline;
 
-/// A factor's values as its moves are measured, and its whole range: of whole numbers and lists the values themselves, as rounding
-/// makes their moves others than the grid's; of those on a logarithmic scale the logarithms.
+/// Values of a factor for the length of its moves, and its whole range. For whole numbers and lists these are the values themselves,
+/// because rounding changes their moves; on a logarithmic scale the logarithms.
 pub(super) fn moves(factor: &FactorColumn, outline: Option<&FactorOutline>, values: Vec<f64>) -> (Vec<f64>, Reach) {
     let Some(outline) = outline.filter(|_| !factor.nominal) else {
         return (values, if factor.nominal { Reach::Names } else { Reach::Grid });

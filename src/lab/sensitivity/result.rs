@@ -181,11 +181,11 @@ impl Sensitivity {
     }
 }
 
-/// Widths of intervals of shares of factors (S1, ST, Shapley effects, S1 by ranks, or where there is none eta2), or of mu* over the
-/// largest mu* of the output.
+/// Widths of the intervals of shares of factors (S1, ST, Shapley effects, S1 by ranks, or else eta2), or of mu* relative to the output's
+/// largest mu*.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Widths {
-    /// The widest of those that more rows narrow; `None` if there is none.
+    /// Widest interval that more rows would narrow; `None` if there is none.
     pub widest: Option<f64>,
     /// The widest of Shapley effects that come of as many rows as they ever do.
     pub settled: Option<f64>,

@@ -37,7 +37,7 @@ impl Units {
         self.rows / self.size as u64
     }
 
-    /// Places at which units start all of whose rows are there.
+    /// First places of complete units.
     pub fn present(self, table: &Table) -> Vec<usize> {
         let size = self.size as u64;
         let mut starts = Vec::new();

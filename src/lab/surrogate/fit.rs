@@ -42,7 +42,7 @@ impl Default for SurrogateSettings {
 pub struct Derived<'a> {
     /// Name: of a column, or of its own.
     pub name: String,
-    /// Unit; `1` where there is none.
+    /// Unit; `1` if there is none.
     pub unit: String,
     /// Columns that it is computed from.
     pub columns: Vec<String>,

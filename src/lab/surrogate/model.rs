@@ -27,7 +27,7 @@ pub struct OutputModel {
     pub process: Option<RowsProcess>,
     /// Of 1 and -1; `None` if the probability of success is the same everywhere.
     pub success: Option<RowsProcess>,
-    /// The value that all rows have, where that is why there is no process. Not kept in files.
+    /// Value of a constant output, which has no process. Not stored in files.
     pub constant: Option<f64>,
 }
 

@@ -98,8 +98,8 @@ pub struct ProcessFigures {
     pub groups: u64,
     /// Share of the variance that is predicted for left-out rows, one group at a time.
     pub q2: f64,
-    /// The same with a tenth of the groups left out at a time (one at a time of fewer than 20) and lengths and noise fitted again: the
-    /// honest one; null for more than 320 rows, where it makes no difference.
+    /// The same with a tenth of the groups left out at a time (one at a time below 20 groups) and a new fit of lengths and noise: more
+    /// reliable for few rows. Null for more than 320 rows, where it makes no difference.
     pub q2_folds: Option<f64>,
     /// Root mean square of the errors of left-out rows, one group at a time, in the output's unit.
     pub rms_error: f64,
@@ -133,7 +133,7 @@ pub struct SuccessFigures {
 }
 
 impl ProcessFigures {
-    /// The smaller of both shares that are predicted; NaN if one is, which is worse than any.
+    /// Smaller of both predicted shares; NaN if one is NaN, which is worse than any number.
     pub fn least_q2(&self) -> f64 {
         match self.q2_folds {
             Some(folds) if folds.is_nan() || folds < self.q2 => folds,

@@ -150,7 +150,7 @@ mod tests {
         }
     }
 
-    /// In a lane each has the bits that it has alone, whatever stands in the other lanes.
+    /// A number in a lane has the same bits as alone, whatever the other lanes contain.
     #[test]
     fn four_equal_numbers_alone() {
         lanes_equal_numbers_alone::<Four>();

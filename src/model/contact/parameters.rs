@@ -12,8 +12,8 @@ const EXPONENT: f64 = 1.5;
 /// Speed in m/s at which laws are matched, unless stated.
 const REFERENCE_SPEED_M_S: f64 = 1.0;
 
-/// Restitution above which slow bounces continue for long: at 0.99 the first impact of the paper's rig is sure to 4e-6 under the preset
-/// `standard`, at 0.999 to 3e-5, at 1 to 6e-3.
+/// Restitution above which slow bounces last long: at 0.99 the first impact of the paper's rig is sure to 4e-6 under the preset `standard`,
+/// at 0.999 to 3e-5, at 1 to 6e-3.
 const KEPT_RESTITUTION: f64 = 0.99;
 
 /// Declares the laws, each by one entry: documentation, name, the parameters that it takes, and its coefficients for given ones and
@@ -151,8 +151,8 @@ impl ContactParameters {
         self.law.coefficients(self, reduced_mass_kg)
     }
 
-    /// Whether two bodies of reduced mass `reduced_mass_kg` that bounce slowly continue for long: Hunt-Crossley loses the less the slower
-    /// they are, any law next to nothing at a restitution close to 1.
+    /// Whether slow bounces of two bodies of reduced mass `reduced_mass_kg` last long: Hunt-Crossley loses the less the slower they are,
+    /// any law next to nothing at a restitution close to 1.
     pub fn keeps_slow_bounces(&self, reduced_mass_kg: f64) -> bool {
         self.law == ContactLawName::HuntCrossley || self.restitution(reduced_mass_kg) > KEPT_RESTITUTION
     }

@@ -18,7 +18,7 @@ impl<S> Observer<S> for () {
     fn event(&mut self, _system: &S, _guard: usize, _t: f64, _y: &[f64]) {}
 }
 
-/// An observer that belongs to somebody else.
+/// A borrowed observer.
 impl<S, O: Observer<S> + ?Sized> Observer<S> for &mut O {
     fn step(&mut self, system: &S, step: &Step<'_>) {
         (**self).step(system, step);

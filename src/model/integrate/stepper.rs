@@ -28,7 +28,7 @@ pub struct Settings {
 pub struct StepPlan {
     /// Length in s, cut off at the next stop.
     pub h: f64,
-    /// Time of its end, where that is known better than by adding the length.
+    /// Time of its end, if it is known more precisely than by adding the length.
     pub end: Option<f64>,
 }
 

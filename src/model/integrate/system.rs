@@ -75,9 +75,8 @@ pub trait Switching: System {
     /// Changes the discrete state at the scheduled stop that was due first.
     fn pass_stop(&mut self);
 
-    /// Asks for right-hand sides that follow the state alone, as a plain program with its conditions in the right-hand
-    /// side has them, instead of the discrete state; [`Switching::switch`] then only keeps the books. Returns whether the
-    /// system does so: one that cannot need not.
+    /// Makes right-hand sides follow the state alone, like a plain program with conditions in its right-hand side, instead of the discrete
+    /// state. [`Switching::switch`] then only records. Returns whether the system supports this.
     fn follow_state(&mut self, _follow: bool) -> bool {
         false
     }

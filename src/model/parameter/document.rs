@@ -55,7 +55,7 @@ pub fn lines(
     text
 }
 
-/// A value as people write it: powers of ten where they are shorter.
+/// A readable number: powers of ten if they are shorter.
 fn written(value: &Value) -> String {
     match value {
         Value::Float(number) => {

@@ -55,7 +55,7 @@ impl Range {
     }
 }
 
-/// A number as people write it: with an exponent where it would be long.
+/// A readable number: with an exponent if it would be long.
 pub fn short(number: f64) -> String {
     let size = number.abs();
     if number == 0.0 || !number.is_finite() || (1e-4..1e7).contains(&size) {

@@ -312,7 +312,7 @@ impl<'a, I: Iterator<Item = u64>, K> Queue<'a, I, K> {
         }
     }
 
-    /// Whether the stop flag left rows; asks for the next one, so only for when the batch is over.
+    /// Whether the stop flag left rows. Requests the next row, so call it only after the batch.
     fn has_rows_left(&self) -> bool {
         self.lock().rows.next().is_some()
     }

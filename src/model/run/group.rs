@@ -189,7 +189,7 @@ impl<'g, R: Number> Group<'g, R> {
         }
     }
 
-    /// The simulation in a lane has ended: the row continues there with its next one, or another row does.
+    /// The simulation in a lane has ended: the lane continues with the row's next simulation, or with another row.
     fn ended(&mut self, lane: usize, stopped: Stopped) {
         let (Some(mut ready), Some(recorder)) = (self.rows[lane].take(), self.recorders[lane].take()) else { return };
         let mut y = ready.model.initial_state().to_vec();

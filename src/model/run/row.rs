@@ -66,7 +66,7 @@ where
     (outcome, extra)
 }
 
-/// Not generic over the observer, for which the integration would be compiled again wherever one is passed.
+/// Not generic over the observer: otherwise the integration would be compiled for each of them.
 fn simulate(scene: &Scene, model: &Arc<CoupledModel>, extra: &mut dyn Observer<Coupled>) -> RowOutcome {
     let mut system = Coupled::new(model);
     let mut observers = (Recorder::new(model, scene), extra);

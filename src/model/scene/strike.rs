@@ -22,8 +22,8 @@ impl Scene {
         1.0 / inverse.fold(1.0 / unit.parameters.chisel.mass_kg, |sum, inverse| sum + inverse)
     }
 
-    /// Speed in m/s that a hammer reaches at most before its first impact: all that the supply does on the telescope's bore over the
-    /// standoff becomes kinetic energy.
+    /// Largest possible speed in m/s of a hammer before its first impact: all work of the supply on the telescope's bore over the standoff
+    /// becomes kinetic energy.
     fn largest_strike_speed_m_s(&self, unit: &HammerUnit) -> f64 {
         let p = &unit.parameters;
         let area_m2 = 0.25 * PI * p.telescope.bore_m * p.telescope.bore_m;

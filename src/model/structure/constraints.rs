@@ -197,7 +197,7 @@ fn solve(constraints: Vec<Constraint>, kept: &BTreeSet<usize>) -> BTreeMap<usize
             }
         }
         left.retain(|_, value| value.abs() > ROUNDING * scale);
-        // The largest coefficient, of a row that nothing else refers to where there is one.
+        // The largest coefficient, of a row that nothing else refers to if there is one.
         let largest = |free: bool| {
             let rows = left.iter().filter(|(row, _)| !free || !kept.contains(row));
             rows.max_by(|a, b| a.1.abs().total_cmp(&b.1.abs()).then(b.0.cmp(a.0))).map(|(row, value)| (*row, *value))

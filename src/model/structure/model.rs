@@ -33,7 +33,7 @@ const SAME_PLACE: f64 = 2e-3;
 pub struct FeModel {
     matrices: ModelMatrices,
     points: InterfacePoints,
-    /// Rows of the six DOFs of every point; `None` if the model has no such DOF.
+    /// Rows of the six DOFs of every point; `None` for DOFs that the model does not have.
     rows: Vec<PointRows>,
     /// Known positions of nodes in m: from the list of rows and the interface points.
     positions_m: BTreeMap<i64, [f64; 3]>,

@@ -8,7 +8,7 @@ use std::collections::HashMap;
 use super::label::{DofLabel, SCALAR};
 use super::points::{DOF_NAMES, InterfacePoint, InterfacePoints, PointPlace};
 
-/// Rows of the six DOFs of a point; `None` if the model has no such DOF.
+/// Rows of the six DOFs of a point; `None` for DOFs that the model does not have.
 pub(super) type PointRows = [Option<usize>; 6];
 
 /// Returns an error if a node of a point has a direction twice. Other labels may repeat: CalculiX gives the nodes that it makes of shells
@@ -141,7 +141,7 @@ fn rows_from(
     Ok(rows)
 }
 
-/// Several points may stand on a node, but no row can be one direction of one and another of the other.
+/// Several points may be on one node, but a row cannot be different directions of two points.
 fn require_one_direction(points: &InterfacePoints, rows: &[PointRows]) -> Result<(), String> {
     let mut taken: HashMap<usize, (usize, &str)> = HashMap::new();
     for (point, rows) in points.iter().zip(rows) {

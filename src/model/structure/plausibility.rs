@@ -31,7 +31,7 @@ pub(super) struct Shown {
     pub lowest_hz: Option<f64>,
     /// Frequency in Hz below which modes were looked for, if there is none.
     pub none_below_hz: Option<f64>,
-    /// Condition number of the stiffness scaled to a diagonal of 1, where it is known.
+    /// Condition number of the stiffness scaled to a diagonal of 1, if it is known.
     pub condition: Option<f64>,
 }
 

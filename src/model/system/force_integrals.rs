@@ -30,8 +30,8 @@ pub(super) struct ForceIntegrals<R: Number> {
 }
 
 impl<R: Number> ForceIntegrals<R> {
-    /// Allocates the moments of a number of points. `first` is the component of the state that is the first integral of the first
-    /// point's force.
+    /// Allocates moments for a number of points. `first` is the component of the state that is the first integral of the first point's
+    /// force.
     pub fn new(points: usize, first: usize) -> Self {
         let none = R::splat(0.0);
         Self {
@@ -71,7 +71,7 @@ impl<R: Number> ForceIntegrals<R> {
     }
 }
 
-/// The way of each lane from a fraction of its step on to its next node, or to its end where there is none on the way.
+/// The way of each lane from a fraction of its step on to its next node, or to its end if there is none on the way.
 struct Passage<'p, 't, R: Number> {
     moments: &'p mut ForceIntegrals<R>,
     taken: &'p Taken<'t, R>,

@@ -5,7 +5,7 @@ use statrs::function::gamma::checked_gamma_ur;
 
 use decore_math::random::{Stream, hash};
 
-/// Rows below which nothing is said.
+/// Smallest number of rows for a test.
 pub(super) const LEAST_ROWS: usize = 20;
 
 /// A factor's values, row by row.

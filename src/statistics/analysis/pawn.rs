@@ -7,9 +7,9 @@ use super::factor::FactorValues;
 /// Parts into which the values of a factor are cut.
 const SLICES: usize = 10;
 
-/// Kolmogorov-Smirnov distances between the output's distribution and those of the rows in slices of a factor: ten of equal
-/// probability (quantiles by linear interpolation; a largest value that occurs once belongs to none, as in SALib), or one per name
-/// or value where there are ten values at most.
+/// Kolmogorov-Smirnov distances between the output's distribution over all rows and over the rows in slices of a factor. There are ten
+/// slices of equal probability (quantiles by linear interpolation; as in SALib, a largest value that occurs once belongs to no slice), or
+/// one slice per name or value, for at most ten values.
 ///
 /// A factor without effect has distances above 0 too: about `0.9 / sqrt(rows of a slice)`.
 #[derive(Debug, Clone, Copy, PartialEq)]

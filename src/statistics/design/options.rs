@@ -86,7 +86,7 @@ pub struct DesignKey {
     pub name: &'static str,
     /// Text, line by line.
     pub text: &'static [&'static str],
-    /// A value to show (TOML): the default where there is one.
+    /// A value to show (TOML): the default if there is one.
     pub shown: &'static str,
 }
 

@@ -38,7 +38,7 @@ pub(crate) fn join(segments: &[String]) -> String {
     segments.iter().map(quoted).collect::<Vec<_>>().join(".")
 }
 
-/// Puts a value at a path, making the tables above it. Fails where the path runs through something else.
+/// Puts a value at a path, making the tables above it. Fails if the path leads through another kind of value.
 pub(crate) fn set(table: &mut toml::Table, path: &[String], value: Value) -> Result<(), String> {
     let Some((first, rest)) = path.split_first() else {
         return Err("the path is empty".to_string());

@@ -17,7 +17,7 @@ const OFF_POLE: f64 = 1e-13;
 /// Relative distance of the count below the last value of a window, if no pole is nearer.
 const BELOW_LAST: f64 = 1e-6;
 
-/// Eigenvalues above `least`, falling, with unit vectors by column; `None` if it does not come to an end.
+/// Eigenvalues above `least`, falling, with unit vectors by column; `None` if the march does not end.
 pub(super) fn march(poles: &[f64], columns: &DMatrix<f64>, least: f64) -> Option<(Vec<f64>, DMatrix<f64>)> {
     let mut march = March::new(poles, columns)?;
     let wanted = march.wanted(least)?;
@@ -98,7 +98,7 @@ impl<'a> March<'a> {
         None
     }
 
-    /// The window's pairs below the cut down to the first that does not come to rest, falling, and where that one would continue.
+    /// Pairs of the window below the cut, falling, down to the first that does not converge, and the place to continue.
     fn refine(&mut self, window: &Window) -> (Vec<PencilPair>, Option<f64>) {
         let mut found = Vec::new();
         let mut open = None;

@@ -70,7 +70,7 @@ fn read(given: &Given) -> Result<Imported, StructureError> {
     Ok(Imported::Labels(matrix))
 }
 
-/// Columns are there, and with every row that is coupled to others the column that has its diagonal.
+/// Checks that columns exist, and that every coupled row has the column with its diagonal.
 fn require_columns(lines: &Lines, name: &str, matrix: &LabelledMatrix) -> Result<(), StructureError> {
     if matrix.columns().next().is_none() {
         return Err(lines.fault(format!("the file is truncated: matrix {name} has a header but no column")));
