@@ -62,7 +62,9 @@ impl Invalid {
     /// Looks at the first rows of a study.
     pub fn of(checked: &CheckedStudy) -> Self {
         let looked_at = checked.row_count().min(LOOKED_AT);
-        let (mut sound, mut kinds): (Vec<usize>, Vec<(String, Vec<usize>, String)>) = (Vec::new(), Vec::new());
+        let mut sound: Vec<usize> = Vec::new();
+        // Kind, rows, and the reason of the first.
+        let mut kinds: Vec<(String, Vec<usize>, String)> = Vec::new();
         for row in 0..looked_at {
             let Err(invalid) = checked.scene(row) else {
                 sound.push(row);
