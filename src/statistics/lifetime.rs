@@ -310,8 +310,8 @@ mod tests {
         near(law.next(), [2_753.225_097, 600.218_106, 9_101.529_266]);
     }
 
-    /// Of 200 series of eight tests each, some of which end at the dose 2500: the intervals hold the true median and a further dose in
-    /// about 95 % of them.
+    /// Of 400 series of eight tests each, some of which end at the dose 2500: the intervals contain the true median and a further dose in
+    /// 95 % of them, or a little more.
     #[test]
     fn intervals_cover() {
         for law in LifetimeLaw::ALL {
@@ -320,7 +320,7 @@ mod tests {
                 2000.0 * (0.5 * (e - law.quantile(0.5))).exp()
             };
             let (mut median, mut next, mut fitted) = (0, 0, 0);
-            for series in 0..200 {
+            for series in 0..400 {
                 let test = |test| {
                     let dose = draw(series, test);
                     Tested { dose: dose.min(2500.0), failed: dose < 2500.0 }
@@ -332,7 +332,7 @@ mod tests {
                 next += usize::from(of_next.low <= further && further <= of_next.high);
             }
             let shares = [median, next].map(|count| count as f64 / f64::from(fitted));
-            assert!(fitted > 190 && shares.iter().all(|share| (0.9..=0.99).contains(share)), "{law:?}: {shares:?}");
+            assert!(fitted > 380 && shares.iter().all(|share| (0.945..=0.995).contains(share)), "{law:?}: {shares:?}");
         }
     }
 

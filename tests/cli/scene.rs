@@ -243,5 +243,5 @@ fn a_row_to_be_doubted_is_warned_of() {
     let told = text(&run("check", &[]).stderr);
     assert!(told.contains("warning: ") && told.contains("the contact is too soft"), "{told}");
     let said = text(&run("run", &["--output", "out"]).stdout);
-    assert!(said.contains("warning: `deep_contact` in 1 row: a chisel goes deeper"), "{said}");
+    assert!(said.contains("warnings: deep_contact in 1 row (decore help outputs)"), "{said}");
 }

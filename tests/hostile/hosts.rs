@@ -43,7 +43,9 @@ fn memory_that_runs_out_is_told_with_words() {
         let ended = limited(&format!("ulimit -v {limit}"), 24, "8", &scratch.path().join(limit.to_string()));
         let said = words(&ended);
         let code = ended.status.code();
-        assert!(matches!(code, Some(0 | 2 | 3)), "{limit}: {:?}: {said}", ended.status);
+        // Where two threads run out at the same moment, the second ends the program while the first prints its message.
+        let aborted = std::os::unix::process::ExitStatusExt::signal(&ended.status) == Some(6);
+        assert!(aborted || matches!(code, Some(0 | 2 | 3)), "{limit}: {:?}: {said}", ended.status);
         assert!(code == Some(0) || said.contains("error: ") && said.contains("ulimit -v"), "{limit}: {said}");
     }
 }

@@ -508,7 +508,7 @@ fn a_written_design_is_read_back() {
     }
     let output = decore(&["design", "--output", "design.txt"], &file);
     assert_eq!(output.status.code(), Some(2));
-    assert!(String::from_utf8_lossy(&output.stderr).contains(".parquet or .csv"));
+    assert!(String::from_utf8_lossy(&output.stderr).contains("ends in `.parquet` or `.csv`"));
     // A column of one value is that value; a range may stand beside a column.
     std::fs::write(folder.path().join("one.csv"), "position,steps,guide\n0.05,1000,tied\n0.05,1000,tied\n").unwrap();
     let one = parse(folder.path(), &format!("[design]\nkind = 'table'\nfile = 'one.csv'\n{spared}")).unwrap();

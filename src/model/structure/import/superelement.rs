@@ -338,7 +338,7 @@ CORD2R*               10               0 1.000000000E+00 0.000000000E+00
             assert!(error.contains(wanted), "{error}");
         };
         fails("EXTRN,3,127\n", "s, line 1: EXTRN: expected components 1 to 6 or 0, found \"127\"");
-        fails("EXTRN,3,12,3,2\n", "point 3 component 2 stands in the list of rows twice");
+        fails("EXTRN,3,12,3,2\n", "point 3 component 2 is in the list of rows twice");
         fails("EXTRN,3,12\nGRID,3,,0.,0.,0.,7\n", "GRID 3: coordinate system 7 is not in the file");
         fails("EXTRN,3,12\nGRID,3,,,,,7\nCORD2C,7\n", "system 7 is a CORD2C: expected a rectangular one");
         fails("EXTRN,3,12\nGRID,3,,,,,7\nCORD2R,7,7,0.,0.,0.,0.,0.,1.\n,1.,0.,0.\n", "system 7 refers to itself");
