@@ -241,8 +241,8 @@ impl Study {
     /// `outputs`: columns of the table of runs; one name alone for results without an axis of outputs. `factors`: columns of X; all
     /// that are not in `fixed` unless named. `fixed`: values of the other factors. `threads`: 0 for one per core.
     ///
-    /// >>> work = study.function("delivered_work_j", factors=["pressure"], fixed={"position": 0.0, "standoff": 0.08, "fixture_stiffness":
-    /// 3e7})
+    /// >>> fixed = {"position": 0.0, "standoff": 0.08, "fixture_stiffness": 3e7}
+    /// >>> work = study.function("delivered_work_j", factors=["pressure"], fixed=fixed)
     /// >>> work([[4.5], [5.5]]).shape
     /// (2,)
     #[pyo3(signature = (outputs, *, factors=None, fixed=None, threads=0))]

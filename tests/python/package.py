@@ -221,7 +221,7 @@ def check_errors(scratch):
         deep = [deep]
     for nested in [endless, table, deep]:
         said = raised(ValueError, lambda: decore.Study(PLACEMENT, {"title": nested}))
-        check("`title`" in str(said) and "holds itself" in str(said), f"a value without an end: {said}")
+        check("`title`" in str(said) and "contains itself" in str(said), f"a value without an end: {said}")
     study = decore.Study(PLACEMENT, SHORT)
     missing = raised(decore.StudyError, lambda: study.scene({"presure": 5.0})).problems
     check(any(problem.suggestion == "pressure" for problem in missing), f"{missing}")
@@ -232,7 +232,7 @@ def check_errors(scratch):
     values = {"position": 0.0, "pressure": 5.0, "standoff": 0.08, "fixture_stiffness": 3e7}
     for truth in [True, numpy.True_]:
         raised(TypeError, lambda: study.scene(values | {"position": truth}))
-    check("name each once" in str(raised(ValueError, lambda: study.scene(0, signals=["time_s"] * 2))), "a signal twice")
+    check("give each once" in str(raised(ValueError, lambda: study.scene(0, signals=["time_s"] * 2))), "a signal twice")
     begin = time.perf_counter()
     long = decore.Study(PLACEMENT, {"duration_s": 600.0})
     near = str(raised(decore.DatasetError, lambda: long.scene(0, signals=["hammer_casting_force"], signal_interval_s=1.0)))
