@@ -20,6 +20,9 @@ duration_s = 0.25
 source = "station"
 [outputs]
 twins = 1
+core_spectra = true
+core_dose_reference_m_s = 1.0
+core_wanted_dose = 1e9
 [design]
 kind = "latin_hypercube"
 rows = 30
@@ -34,6 +37,8 @@ range = [0.08, 0.09]
 mount = "R5"
 [casting.part]
 mass_kg = 0.517
+[casting.part.core.middle]
+at_m = [0.0, 0.0, 0.0]
 [casting.part.fixture.table]
 point = "T5"
 stiffness_n_per_m = 3e7
@@ -117,6 +122,7 @@ def main(root, program):
         ("scene", ["scene", "sweep.toml", "--measured", "arm.csv", "--channel", "left_arm_velocity_m_s=arm:mm/s"], [0]),
         ("scene", ["scene", "sweep.toml", "--set", "solver.max_steps=10"], [4]),
         ("paper", ["paper"], [0]),
+        ("cores", ["cores", "a", "--tests", "tests.csv"], [0]),
         ("sensitivity", ["analyse", "a"], [0]),
         ("surrogate", ["surrogate", "a"], [0]),
         ("refinement", ["refine", "table.toml", "--maximise", "delivered_work_j", "--most-rows", "12"], [0]),
@@ -148,6 +154,7 @@ def main(root, program):
         (folder / "sweep.toml").write_text(SWEEP)
         samples = [f"{k / 5000},{30 * math.sin(0.05 * k)}" for k in range(1250)]
         (folder / "arm.csv").write_text("\n".join(["time_s,arm", *samples]))
+        (folder / "tests.csv").write_text("row,core_out_after_s\n0,30\n3,45\n5,60\n7,38\n")
         (folder / "matrices").mkdir()
         single = SWEEP[: SWEEP.index("[design]")] + SWEEP[SWEEP.index("[hammer.left]") :]
         (folder / "single.toml").write_text(single)
