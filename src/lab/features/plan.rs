@@ -3,7 +3,7 @@
 use super::column::{FeatureColumn, Role};
 use super::figures::{CastingFigure, Combine, Origin};
 use super::settings::FeatureSettings;
-use super::signals::{HeaveFigures, SignalRows};
+use super::signals::{HeaveFigures, SignalRows, not_negative};
 use super::struck::Struck;
 use decore_dataset::{ColumnDescription, ColumnGroup, DatasetReader, TableName};
 use decore_model::metrics::{CoreMetrics, CoreTotals, RunTotals};
@@ -216,16 +216,7 @@ impl<'a> Planned<'a> {
     }
 
     fn add_core(&mut self, source: CellSource, (name, unit): (String, String), [description, formula]: [String; 2]) {
-        let column = FeatureColumn {
-            name,
-            unit,
-            role: Role::Target,
-            description,
-            formula,
-            valid: [Some(0.0), None],
-            derived_from: Vec::new(),
-            values: CellColumn::new(Kind::Real),
-        };
+        let column = not_negative(name, &unit, (description, formula));
         self.plans.push(ColumnPlan { column, source });
     }
 

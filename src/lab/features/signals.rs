@@ -138,7 +138,7 @@ fn rms(values: &[f64]) -> Option<f64> {
 }
 
 /// A target that cannot be negative.
-fn column(name: String, unit: &str, (description, formula): (String, String)) -> FeatureColumn {
+pub(super) fn not_negative(name: String, unit: &str, (description, formula): (String, String)) -> FeatureColumn {
     FeatureColumn {
         name,
         unit: unit.to_owned(),
@@ -162,7 +162,7 @@ fn plain(interval_s: f64) -> [FeatureColumn; PLAIN] {
          over 2 T with a triangle as weight"
     );
     [
-        column(
+        not_negative(
             "heave_velocity_rms_m_s".to_owned(),
             "m/s",
             (
@@ -174,12 +174,12 @@ fn plain(interval_s: f64) -> [FeatureColumn; PLAIN] {
                 format!("root of the mean of the squares of the run's values of {velocity}"),
             ),
         ),
-        column(
+        not_negative(
             "heave_acceleration_peak_m_s2".to_owned(),
             "m/s2",
             (format!("Largest absolute value of the {about}."), format!("largest absolute value {differences}")),
         ),
-        column(
+        not_negative(
             "heave_acceleration_rms_m_s2".to_owned(),
             "m/s2",
             (format!("Root mean square of the {about}."), format!("root of the mean of the squares {differences}")),
@@ -191,7 +191,7 @@ fn plain(interval_s: f64) -> [FeatureColumn; PLAIN] {
 fn in_band(band: Octave, interval_s: f64) -> FeatureColumn {
     let ([low, high], [low_hz, high_hz]) = (band.edges, band.edges_hz());
     let nominal = band.nominal_hz;
-    column(
+    not_negative(
         format!("heave_velocity_rms_{}_hz_m_s", nominal.to_string().replace('.', "_")),
         "m/s",
         (
