@@ -80,7 +80,7 @@ pub(super) struct FactorPlan {
     pub domain: String,
     /// The study's values that it drives.
     pub drives: Vec<String>,
-    /// Its range in the units of these values where they have another unit, a sentence for each.
+    /// Converted ranges: one sentence for each driven value whose unit differs from the unit of the factor.
     pub conversions: Vec<String>,
 }
 

@@ -1,4 +1,4 @@
-//! `decore cores`: from tests of cores to the dose that they need, and to the time until those of other rows are out.
+//! `decore cores`: finds the dose at which cores are out from your tests, and predicts the time for the other rows.
 
 use std::path::PathBuf;
 

@@ -59,7 +59,7 @@ pub(super) struct InitArguments {
     json: bool,
 }
 
-/// What the study is for.
+/// Purpose of the study.
 #[derive(Debug, Clone, Copy, PartialEq)]
 struct Case {
     mass_kg: f64,

@@ -6,7 +6,7 @@ use super::Arguments;
 use super::text::{hang, help_columns};
 use crate::guide::TOPICS;
 
-/// All commands by what they are for, in the order of the help.
+/// All commands, grouped by purpose, in the order of the help.
 pub(super) const GROUPS: [(&str, &[&str]); 6] = [
     ("Start here", &["init", "check", "scene"]),
     ("Run a study", &["run", "status", "best", "refine", "design"]),

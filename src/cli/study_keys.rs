@@ -32,7 +32,7 @@ struct Inner<'a> {
 }
 
 impl<'a> Sections<'a> {
-    /// Writes a table's keys, then those of the tables in it. `above`: definitions that the section lies in.
+    /// Writes the keys of a table, then the keys of its inner tables. `above`: definitions that contain this section.
     fn section(&mut self, path: &str, schema: &'a Value, above: &[String]) {
         let heading = if path.is_empty() { "At the top of the file".to_owned() } else { format!("`{path}`") };
         self.text.push_str(&format!("\n## {heading}\n\n"));

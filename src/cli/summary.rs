@@ -91,7 +91,7 @@ fn head(report: &Report) -> Vec<String> {
 /// The best rows as a table with their factors and as many outputs as there is room for, in at most `most` lines if that leaves one
 /// row.
 fn best(report: &Report, columns: usize, most: usize) -> String {
-    // The more important come first; what has no room is left out.
+    // Important columns come first. Columns that do not fit are left out.
     let figures = |best: &BestRow| -> Vec<(String, String, String)> {
         let rank = NamedValue {
             name: report.ranking.name.clone(),

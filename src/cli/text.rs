@@ -152,58 +152,46 @@ pub(super) fn terminal_columns() -> Option<usize> {
     own?.size_checked().map(|(_, columns)| usize::from(columns))
 }
 
-/// Columns of help texts: the terminal's, else those of the variable `COLUMNS`, else 100.
+/// Width of help texts in columns: the terminal's width, else the variable `COLUMNS`, else 100.
 pub(super) fn help_columns() -> usize {
     let set = || std::env::var("COLUMNS").ok()?.parse::<usize>().ok().filter(|columns| *columns > 0);
     Term::stdout().size_checked().map(|(_, columns)| usize::from(columns)).or_else(set).unwrap_or(HELP_COLUMNS)
 }
 
-/// A text whose lines end where a terminal does: longer ones go on below, two blanks further in. Words stay whole.
+/// Wraps each line of a text to a width. Wrapped lines start two blanks further in. Words stay whole.
 pub(super) fn fit(text: &str, columns: usize) -> String {
     let mut fitted = String::with_capacity(text.len());
     for line in text.lines() {
         let indent = line.chars().take_while(|c| *c == ' ').count();
-        let mut used = 0;
-        for (index, word) in line.trim_start().split(' ').enumerate() {
-            let length = word.chars().count();
-            if index == 0 {
-                fitted.push_str(&" ".repeat(indent));
-                used = indent;
-            } else if used + 1 + length > columns {
-                fitted.push('\n');
-                fitted.push_str(&" ".repeat(indent + 2));
-                used = indent + 2;
-            } else {
-                fitted.push(' ');
-                used += 1;
-            }
-            fitted.push_str(word);
-            used += length;
-        }
-        fitted.push('\n');
+        fitted.push_str(&" ".repeat(indent));
+        wrap(&mut fitted, line.trim_start().split(' '), ([indent, indent + 2], columns));
     }
     fitted
 }
 
-/// A text behind `head`; its further lines start below the text. Words stay whole.
+/// Wraps a text behind `head`. Wrapped lines start below the text. Words stay whole.
 pub(super) fn hang(head: &str, text: &str, columns: usize) -> String {
-    let indent = head.chars().count();
-    let (mut hung, mut used) = (head.to_owned(), indent);
-    for (index, word) in text.split_whitespace().enumerate() {
+    let (mut hung, indent) = (head.to_owned(), head.chars().count());
+    wrap(&mut hung, text.split_whitespace(), ([indent, indent], columns));
+    hung
+}
+
+/// Adds words and the end of the line. `used` columns of the first line are taken, the others start at `indent`.
+fn wrap<'w>(to: &mut String, words: impl Iterator<Item = &'w str>, ([mut used, indent], columns): ([usize; 2], usize)) {
+    for (index, word) in words.enumerate() {
         let length = word.chars().count();
         if index > 0 && used + 1 + length > columns {
-            hung.push('\n');
-            hung.push_str(&" ".repeat(indent));
+            to.push('\n');
+            to.push_str(&" ".repeat(indent));
             used = indent;
         } else if index > 0 {
-            hung.push(' ');
+            to.push(' ');
             used += 1;
         }
-        hung.push_str(word);
+        to.push_str(word);
         used += length;
     }
-    hung.push('\n');
-    hung
+    to.push('\n');
 }
 
 /// A path as one word of a command that people copy to a shell: as it is where no shell reads anything in it, else in quotes. Those

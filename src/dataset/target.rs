@@ -22,7 +22,7 @@ pub fn check_ending(file: &Path, endings: &[&str]) -> Result<(), DatasetError> {
     if endings.iter().any(is) {
         return Ok(());
     }
-    // What people call the kinds of file.
+    // Usual names of the file formats.
     let kind = |ending: &&str| match *ending {
         "parquet" => "Parquet".to_owned(),
         other => other.to_uppercase(),
