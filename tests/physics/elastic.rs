@@ -14,6 +14,7 @@ use nalgebra::DMatrix;
 
 use crate::common::harness::{assert_relative, observe, settings, switches};
 use crate::common::scenes::{bench, clear, contact_index, place, rig, support};
+use crate::one_sided::assert_supports;
 
 const STRIKE: PointId = PointId::Strike { hammer: 0 };
 const HELD: PointId = PointId::Held(FixtureId { casting: 0, fixture: 0 });
@@ -186,29 +187,10 @@ fn clamped(clamp_force_n: Option<f64>) -> RunMetrics {
     outcome.metrics.unwrap()
 }
 
-/// A pad under an elastic casting that never lifts off does what a spring does; one that it leaves keeps the books.
+/// Pads under an elastic casting do what they do under a rigid one. The bound is wider: the residual flexibility between contacts is left out.
 #[test]
 fn elastic_castings_lie_on_pads() {
-    let [spring, loaded, light] = [None, Some(1e6), Some(50.0)].map(clamped);
-    let figures = |metrics: &RunMetrics| {
-        let (hammer, casting) = (&metrics.hammers[0], &metrics.castings[0]);
-        [
-            hammer.first_impact_energy_j.unwrap(),
-            hammer.first_impact_work_j.unwrap(),
-            casting.peak_velocity_m_s,
-            casting.fixture_damper_loss_j,
-            casting.structure_work_j,
-        ]
-    };
-    for (found, expected) in figures(&loaded).into_iter().zip(figures(&spring)) {
-        println!("{found} {expected}");
-        assert_relative("loaded", found, expected, 2e-3);
-    }
-    assert!((figures(&light)[3] / figures(&spring)[3] - 1.0).abs() > 0.01, "it never left its pad");
-    assert!(light.pads[0].lift_off_count > 0);
-    for metrics in [spring, loaded, light] {
-        assert!(metrics.totals.energy_residual.abs() < 1e-4, "{:e}", metrics.totals.energy_residual);
-    }
+    assert_supports([None, Some(1e6), Some(50.0)].map(clamped), 2e-3);
 }
 
 /// Time in s for which a mass touches a rod of its own mass, by `count` elastic modes of the rod, without or with the residual
