@@ -44,7 +44,7 @@ fn hammers(count: usize, setting: &str) -> Rig {
     let model = SourceModel::read(study.structure()).expect("the built-in station");
     let points = model.points();
     let names = |role: &str| (1..=9).map(|i| format!("{role}{i}")).collect::<Vec<_>>();
-    let demand = InterfaceDemand { mounts: names("R"), verticals: names("T") };
+    let demand = InterfaceDemand { mounts: names("R"), others: names("T"), sideways: false };
     let machine =
         Machine::new(model, study.structure(), (&demand, &ElasticCastings::default())).expect("its reduction");
     let checked = CheckedStudy::new(study, points).expect("its points");

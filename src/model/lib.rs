@@ -1,6 +1,7 @@
 //! The model of one row: from a scene and a machine's modes to the row's outputs.
 //!
 //! - [`parameter`]: parameters declared once, with unit, default, range and source.
+//! - [`direction`]: directions in world axes.
 //! - [`contact`], [`hammer`], [`workpiece`], [`structure`]: components, independent of each other.
 //! - [`scene`]: all data of one row, as plain data.
 //! - [`system`]: the coupled model; only its builder uses scenes.
@@ -17,6 +18,7 @@
 pub mod parameter;
 
 pub mod contact;
+pub mod direction;
 pub mod hammer;
 pub mod integrate;
 pub mod metrics;

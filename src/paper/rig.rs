@@ -164,7 +164,7 @@ pub(super) fn run() -> Result<Ours, PaperError> {
     let impacts = impacts(&metrics.blows, scene.outputs.blow_window_s, [hammer(casting)?, hammer(chisel)?])?;
     let shape = |point: PointId| modes.shapes.get(&point).ok_or(PaperError::Missing("mode shapes"));
     let mount = shape(PointId::Mount { hammer: 0 })?;
-    let table = shape(PointId::Support(FixtureId { casting: 0, fixture: 0 }))?;
+    let table = shape(PointId::Support(FixtureId { casting: 0, fixture: 0, axis: 0 }))?;
     let supplies = SUPPLIES_BAR.into_iter().map(supplied).collect::<Result<Vec<_>, _>>()?;
     Ok(Ours {
         frequencies_hz: modes.omega_rad_s.iter().map(|omega| omega / std::f64::consts::TAU).collect(),

@@ -3,8 +3,10 @@
 use super::document::error::Problem;
 use super::document::path;
 use super::loaded::{Candidate, Study};
+use super::plan::factor::FactorInfo;
 use super::resolve::placement::PointTable;
 use super::resolve::scene::DEFAULT_MACHINE;
+use decore_model::direction::is_down;
 use decore_quantity::words::nearest;
 
 /// Interface points that some row of a study can use. The reduced machine must keep them.
@@ -12,8 +14,10 @@ use decore_quantity::words::nearest;
 pub struct InterfaceDemand {
     /// Candidate mounts, all points of the rails used included; each once, in the order of first use.
     pub mounts: Vec<String>,
-    /// Points whose vertical motion is needed, because they carry fixtures or are watched; each once, in the order of first use.
-    pub verticals: Vec<String>,
+    /// Further points whose motion is needed, because they carry fixtures or are watched; each once, in the order of first use.
+    pub others: Vec<String>,
+    /// Whether some row can have a direction that is not vertical: of a hammer, a fixture, a measurement.
+    pub sideways: bool,
 }
 
 impl InterfaceDemand {
@@ -30,13 +34,32 @@ impl InterfaceDemand {
             }
         }
         for candidate in fixture_points(study) {
-            add(&mut demand.verticals, candidate.value);
+            add(&mut demand.others, candidate.value);
         }
         for point in &study.outputs().points {
-            add(&mut demand.verticals, point.clone());
+            add(&mut demand.others, point.clone());
         }
+        demand.sideways = sideways(study);
         demand
     }
+}
+
+/// Whether the study states directions or sideways stiffness of what touches the machine, in its tables or by its factors.
+fn sideways(study: &Study) -> bool {
+    let file = &study.file;
+    let across = |axis: Option<[f64; 3]>| axis.is_some_and(|axis| !is_down(&axis));
+    let fixtures = file.casting.values().flat_map(|casting| casting.fixture.values());
+    let held = fixtures.into_iter().any(|fixture| {
+        across(fixture.axis)
+            || fixture.lateral_stiffness_n_per_m.is_some()
+            || fixture.lateral_damping_n_s_per_m.is_some()
+    });
+    let struck = file.hammer.values().any(|hammer| across(hammer.strike_axis));
+    let driven = study.factors().iter().flat_map(FactorInfo::paths).any(|path| {
+        let mut keys = path.split('.');
+        keys.any(|key| matches!(key, "axis" | "strike_axis" | "lateral_stiffness_n_per_m" | "lateral_damping_n_s_per_m"))
+    });
+    held || struck || driven || !is_down(&study.outputs().points_axis)
 }
 
 fn hammer_candidates(study: &Study, key: &str) -> Vec<Candidate> {

@@ -351,7 +351,7 @@ fn a_modal_table_gives_what_the_matrices_give() {
         |path: &std::path::Path| decore_study::engine::Engine::load(path, &[]).unwrap().scene(0).unwrap().modes;
     let scratch = TempDir::new().unwrap();
     let modes = modes_of(&studies().join("paper_rig.toml"));
-    let fixture = decore_model::scene::FixtureId { casting: 0, fixture: 0 };
+    let fixture = decore_model::scene::FixtureId { casting: 0, fixture: 0, axis: 0 };
     let points = [decore_model::scene::PointId::Mount { hammer: 0 }, decore_model::scene::PointId::Support(fixture)];
     let mut table = "mode,frequency_hz,damping_ratio,R5.z,T5.z\n".to_owned();
     for (s, omega) in modes.omega_rad_s.iter().enumerate() {

@@ -67,7 +67,7 @@ pub const MOUNT: PointId = PointId::Mount { hammer: 0 };
 
 /// Point of the machine that carries a fixture.
 pub fn support(casting: usize, fixture: usize) -> PointId {
-    PointId::Support(FixtureId { casting, fixture })
+    PointId::Support(FixtureId { casting, fixture, axis: 0 })
 }
 
 /// Component of the state that is the velocity of a casting's centre of mass.

@@ -17,7 +17,7 @@ use crate::common::scenes::{bench, clear, contact_index, place, rig, support};
 use crate::one_sided::assert_supports;
 
 const STRIKE: PointId = PointId::Strike { hammer: 0 };
-const HELD: PointId = PointId::Held(FixtureId { casting: 0, fixture: 0 });
+const HELD: PointId = PointId::Held(FixtureId { casting: 0, fixture: 0, axis: 0 });
 
 /// Modes of a casting at its points: `row` gives those of a point at a share of its height, 0 at the top and 1 at the bottom; `centre` those
 /// of its mean motion.
@@ -171,7 +171,7 @@ fn clamped(clamp_force_n: Option<f64>) -> RunMetrics {
         fixtures.push(clamp);
         modes.shapes.insert(support(0, 1), modes.shapes[&support(0, 0)].clone());
         let mut interface = InterfaceModes::clone(&casting);
-        let clamped = PointId::Held(FixtureId { casting: 0, fixture: 1 });
+        let clamped = PointId::Held(FixtureId { casting: 0, fixture: 1, axis: 0 });
         interface.shapes.insert(clamped, interface.shapes[&HELD].clone());
         // The clamp's point is that of the pad.
         let of = |point: usize| point.min(1);

@@ -14,7 +14,7 @@ use decore_study::engine::Engine;
 const MASS_KG: f64 = 12.28;
 const STIFFNESS_N_PER_M: f64 = 1.2e8;
 const REST_N: f64 = 4000.0;
-const OWNER: Owner = Owner::Fixture(FixtureId { casting: 0, fixture: 0 });
+const OWNER: Owner = Owner::Fixture(FixtureId { casting: 0, fixture: 0, axis: 0 });
 
 /// A casting on an undamped one-sided support of a rigid machine, given an impulse towards the support. Returns the times at
 /// which it lifts off and lands.

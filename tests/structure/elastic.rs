@@ -3,7 +3,10 @@
 use std::f64::consts::TAU;
 
 use decore_math::linalg::symmetric_eigen;
-use decore_model::structure::{BodyPoint, Damping, ElasticBody, ElasticSettings, FeModel, InterfacePoints, Side};
+use decore_model::direction::DOWN;
+use decore_model::structure::{
+    BodyPoint, Damping, DirectedPoint, ElasticBody, ElasticSettings, FeModel, InterfacePoints, Side,
+};
 use nalgebra::{DMatrix, DVector};
 use sprs::CsMat;
 
@@ -30,34 +33,50 @@ fn all_modes(model: &FeModel) -> (Vec<f64>, DMatrix<f64>) {
     (eigen.values, factor.transpose().solve_upper_triangular(&eigen.vectors).unwrap())
 }
 
-const POINTS: [BodyPoint; 5] = [
-    BodyPoint::Surface([0.01, 0.005], Side::Top),
-    BodyPoint::Surface([-0.07, -0.02], Side::Bottom),
-    BodyPoint::Surface([0.07, 0.02], Side::Bottom),
-    BodyPoint::Centre,
-    BodyPoint::Rotation(1),
+const POINTS: [DirectedPoint; 5] = [
+    (BodyPoint::Surface { at_m: [0.01, 0.005, 0.0], axis: DOWN, side: Side::Struck }, DOWN),
+    (BodyPoint::Surface { at_m: [-0.07, -0.02, 0.0], axis: DOWN, side: Side::Held }, DOWN),
+    (BodyPoint::Surface { at_m: [0.07, 0.02, 0.0], axis: DOWN, side: Side::Held }, DOWN),
+    (BodyPoint::Centre, DOWN),
+    (BodyPoint::Rotation(1), DOWN),
+];
+
+/// Horizontal and slanted strikes, a pad that holds sideways, mean motions along y.
+const SIDEWAYS: [DirectedPoint; 5] = [
+    (BodyPoint::Surface { at_m: [0.0, 0.01, 0.005], axis: [-1.0, 0.0, 0.0], side: Side::Struck }, [-1.0, 0.0, 0.0]),
+    (BodyPoint::Surface { at_m: [0.02, 0.0, 0.0], axis: [0.6, 0.0, -0.8], side: Side::Struck }, [0.6, 0.0, -0.8]),
+    (BodyPoint::Surface { at_m: [0.07, 0.02, 0.0], axis: DOWN, side: Side::Held }, [0.0, 1.0, 0.0]),
+    (BodyPoint::Centre, [0.0, 1.0, 0.0]),
+    (BodyPoint::Rotation(1), [0.0, 1.0, 0.0]),
 ];
 
 /// Frequencies and mode shapes below the cut-off, and the residual flexibility of all modes above it, against the dense solution. The
 /// sum of kept and residual flexibility does not depend on the cut-off: it is the static solution.
 #[test]
 fn modes_and_residual_are_those_of_the_dense_solution() {
+    against_dense(&POINTS, 3);
+}
+
+/// The same for points that move sideways, with all six rigid motions.
+#[test]
+fn sideways_points_are_those_of_the_dense_solution() {
+    against_dense(&SIDEWAYS, 6);
+}
+
+fn against_dense(points: &[DirectedPoint], rigid: usize) {
     let model = block(70e9);
     let (values, vectors) = all_modes(&model);
     let body = ElasticBody::new(model.clone(), settings(25_000.0)).unwrap();
-    let found = body.at(&POINTS, POINTS.len()).unwrap();
+    let found = body.at(points, points.len()).unwrap();
     let elastic: Vec<f64> = found.omega_rad_s.iter().copied().filter(|omega| *omega > 0.0).collect();
     let below = values.iter().filter(|value| **value < (TAU * 25_000.0).powi(2)).count();
-    assert_eq!((found.omega_rad_s.len() - elastic.len(), elastic.len()), (3, below - 6));
+    assert_eq!((found.omega_rad_s.len() - elastic.len(), elastic.len()), (rigid, below - 6));
     assert!(elastic.len() >= 5, "{}", elastic.len());
     for (omega, value) in elastic.iter().zip(&values[6..]) {
         assert!((omega / value.sqrt() - 1.0).abs() < 1e-8, "{omega} and {}", value.sqrt());
     }
     // Flexibility of the modes above, with the weights of each point from its motion under unit displacements.
-    let vertical: Vec<usize> = (0..model.order()).filter(|row| row % 3 == 2).collect();
-    let weights = DMatrix::from_fn(model.order(), POINTS.len(), |row, point| {
-        if vertical.contains(&row) { body.weight(POINTS[point], row).unwrap() } else { 0.0 }
-    });
+    let weights = DMatrix::from_fn(model.order(), points.len(), |row, point| body.weight(points[point], row).unwrap());
     let rows = weights.transpose() * &vectors;
     let above = rows.columns_range(below..).into_owned();
     let scale = DVector::from_iterator(above.ncols(), values[below..].iter().map(|value| value.recip()));
@@ -67,7 +86,7 @@ fn modes_and_residual_are_those_of_the_dense_solution() {
     assert!(error < 1e-8, "{error:e}");
     // Kept and residual flexibility add up to the static one whatever is kept.
     let total = |cutoff_hz: f64| {
-        let modes = ElasticBody::new(model.clone(), settings(cutoff_hz)).unwrap().at(&POINTS, POINTS.len()).unwrap();
+        let modes = ElasticBody::new(model.clone(), settings(cutoff_hz)).unwrap().at(points, points.len()).unwrap();
         let kept = modes.omega_rad_s.iter().map(|omega| if *omega > 0.0 { omega.powi(-2) } else { 0.0 });
         let kept = DMatrix::from_diagonal(&DVector::from_iterator(modes.omega_rad_s.len(), kept));
         &modes.rows * kept * modes.rows.transpose() + modes.residual
@@ -86,7 +105,7 @@ fn areas_follow_rigid_motions() {
     let found = body.at(&POINTS, POINTS.len()).unwrap();
     // A point (x, y) moves by `z + y tx - x ty` with what the mean motions of the mass show.
     let more =
-        body.at(&[POINTS[0], POINTS[1], BodyPoint::Centre, BodyPoint::Rotation(0), BodyPoint::Rotation(1)], 0).unwrap();
+        body.at(&[POINTS[0], POINTS[1], POINTS[3], (BodyPoint::Rotation(0), DOWN), POINTS[4]], 0).unwrap();
     for mode in 0..3 {
         assert_eq!(found.omega_rad_s[mode], 0.0);
         let [heave, tx, ty] = [2, 3, 4].map(|row| more.rows[(row, mode)]);
@@ -94,6 +113,35 @@ fn areas_follow_rigid_motions() {
             let expected = heave + y * tx - x * ty;
             assert!((more.rows[(row, mode)] - expected).abs() < 1e-9 * more.rows.amax(), "mode {mode}, point {row}");
         }
+    }
+}
+
+/// Points that move sideways follow the six rigid motions as their places do: with the direction d and the place r by
+/// `u d + theta (r x d)`.
+#[test]
+fn sideways_areas_follow_rigid_motions() {
+    let body = ElasticBody::new(block(70e9), settings(1000.0)).unwrap();
+    let place = [0.05, 0.01, 0.0];
+    let [x, y, z] = [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]];
+    let slanted = [0.48, 0.6, -0.64];
+    let centre = [x, y, z].map(|axis| (BodyPoint::Centre, axis));
+    // Across y lie x and -z; across x lie y and z.
+    let turns = [(BodyPoint::Rotation(0), y), (BodyPoint::Rotation(0), x), (BodyPoint::Rotation(1), y)];
+    let found = body.at(&[centre.to_vec(), turns.to_vec(), vec![(BodyPoint::Place(place), slanted)]].concat(), 7).unwrap();
+    let lever = [
+        place[1] * slanted[2] - place[2] * slanted[1],
+        place[2] * slanted[0] - place[0] * slanted[2],
+        place[0] * slanted[1] - place[1] * slanted[0],
+    ];
+    let across = decore_model::direction::across;
+    assert_eq!((across(y)[0], across(x)[0]), (x, y));
+    let about_z = across(y)[1][2];
+    for mode in 0..6 {
+        let row = |at: usize| found.rows[(at, mode)];
+        // Rotations count against the axes.
+        let theta = [-row(3), -row(4), -row(5) * about_z];
+        let expected: f64 = (0..3).map(|k| row(k) * slanted[k] + theta[k] * lever[k]).sum();
+        assert!((row(6) - expected).abs() < 1e-9 * found.rows.amax(), "mode {mode}: {} and {expected}", row(6));
     }
 }
 
@@ -114,7 +162,7 @@ fn a_stiff_block_is_rigid() {
 #[test]
 fn what_a_body_cannot_do() {
     let body = ElasticBody::new(block(70e9), settings(10_000.0)).unwrap();
-    let beside = body.at(&[BodyPoint::Surface([0.3, 0.0], Side::Top)], 1).unwrap_err().to_string();
+    let beside = body.at(&[(BodyPoint::Surface { at_m: [0.3, 0.0, 0.0], axis: DOWN, side: Side::Struck }, DOWN)], 1).unwrap_err().to_string();
     assert!(beside.contains("x = 0.3000 m") && beside.contains("larger radius"), "{beside}");
     let few = ElasticSettings { damping: Damping::PerMode(vec![0.01]), ..settings(10_000.0) };
     let few = ElasticBody::new(block(70e9), few).unwrap_err().to_string();

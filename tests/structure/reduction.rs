@@ -7,6 +7,7 @@ use std::f64::consts::{PI, TAU};
 use std::path::Path;
 
 use decore_math::linalg::{SymmetricEigen, cholesky, multiply, solve_lower, solve_lower_transposed, symmetric_eigen};
+use decore_model::direction::DOWN;
 use decore_model::structure::{
     Damping, DirectedPoints, FeModel, InterfacePoint, InterfacePoints, MatrixFile, MatrixFormat, ModalOptions,
     ModalTable, ModelFiles, ModelMatrices, ModesAt, PointPlace, ReducedStructure, ReductionSettings, RigidMass,
@@ -41,7 +42,7 @@ fn housing(points: &[(&str, f64)]) -> RigidMass {
         points: weights(points),
         mass_kg: 27.0,
         inertia_kg_m2: [0.55, 0.55, 0.12],
-        centre_of_mass_m: [0.0, 0.0, -0.2],
+        centre_of_mass_m: [0.0, 0.0, -0.2],        axis: DOWN,
     }
 }
 

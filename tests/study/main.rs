@@ -6,6 +6,7 @@ mod design_fractions;
 mod design_kinds;
 mod design_strata;
 mod designs;
+mod directions;
 mod elastic;
 mod errors;
 mod faults;

@@ -30,6 +30,9 @@ fn near(hammer: &HammerUnit, strike: [f64; 2]) {
     }
 }
 
+/// Heave alone.
+const HEAVE: [bool; 6] = [false, false, true, false, false, false];
+
 const SMALL: &str = "
 [hammer.left]
 mount = 'R5'
@@ -206,7 +209,7 @@ fn the_papers_rig_is_the_default_scene() {
     let casting = &scene.castings[0];
     assert_eq!(casting.mass_kg, 0.517);
     assert_eq!(casting.fixtures[0].stiffness_n_per_m, 3e7);
-    assert_eq!(casting.active_rotations(&scene.strike_points(0)), [false, false]);
+    assert_eq!(scene.freedoms(0), HEAVE);
     assert_eq!((scene.solver.tolerance, scene.solver.guide), (1e-5, Guide::Automatic));
     // The same without the file: everything else is a default.
     let small = rows(&parse(SMALL)).scene(0).unwrap();
@@ -256,11 +259,11 @@ fn three_hammers_stand_where_the_reference_puts_them() {
     for (fixture, place) in scene.castings[0].fixtures.iter().zip(places) {
         assert!((fixture.at_m[0] - place[0]).abs() < 1e-12 && (fixture.at_m[1] - place[1]).abs() < 1e-12);
     }
-    assert_eq!(scene.castings[0].active_rotations(&scene.strike_points(0)), [true, true]);
-    assert_eq!(scene.castings[1].active_rotations(&scene.strike_points(1)), [false, false]);
+    assert_eq!(scene.freedoms(0), [false, false, true, true, true, false]);
+    assert_eq!(scene.freedoms(1), HEAVE);
     let demand = InterfaceDemand::of(&study);
     assert_eq!(demand.mounts, ["R4", "R5", "R1", "R2", "R3", "R6", "R7", "R8", "R9"]);
-    assert_eq!(demand.verticals, ["T1", "T2", "T7", "T8", "T6"]);
+    assert_eq!(demand.others, ["T1", "T2", "T7", "T8", "T6"]);
 }
 
 #[test]

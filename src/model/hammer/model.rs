@@ -15,7 +15,7 @@ pub struct HammerModel {
 }
 
 impl HammerModel {
-    /// Prepares a hammer for gas `gas` under gravity `gravity_m_s2`.
+    /// Prepares a hammer for gas `gas`. `gravity_m_s2`: the share of gravity along its strikes, negative for upward strikes.
     pub fn new(parameters: &HammerParameters, gas: Gas, gravity_m_s2: f64) -> Self {
         let mass = parameters.masses_kg();
         let mut weight = mass.map(|m| m * gravity_m_s2);
@@ -40,12 +40,18 @@ impl HammerModel {
     }
 
     /// State of rest before the start: all chambers at ambient pressure, the telescope in equilibrium, `s = 0`, `c = c_ret`,
-    /// `p = c_ret + stroke`.
+    /// `p = c_ret + stroke`. A hammer that strikes upwards has its chisel on the nose and its piston on the rear wall, `c = p = 0`.
     pub fn rest(&self) -> HammerState {
-        let cylinder = self.parameters.telescope.rest_extension(-self.constants.weight[body::GUIDE]);
+        let below = -self.constants.weight[body::GUIDE];
+        let cylinder = self.parameters.telescope.rest_extension(below);
         let travel = self.parameters.chisel.travel_m;
+        let [chisel, piston] = if below < 0.0 {
+            [cylinder; 2]
+        } else {
+            [cylinder + travel, cylinder + travel + self.parameters.piston.stroke_m]
+        };
         HammerState {
-            position: [0.0, cylinder, cylinder, cylinder + travel + self.parameters.piston.stroke_m, cylinder + travel],
+            position: [0.0, cylinder, cylinder, piston, chisel],
             velocity: [0.0; body::COUNT],
             pressure: [self.gas.ambient_pressure_pa; chamber::COUNT],
             supply_pa: self.gas.ambient_pressure_pa,

@@ -6,10 +6,11 @@
 use std::collections::BTreeMap;
 
 use super::model::{Environment, HammerUnit, Scene};
+use crate::direction::{DOWN, across, unit};
 use crate::contact::{ContactLaw, ContactParameters};
 use crate::hammer::{Gas, HammerModel, body};
 use crate::structure::{BodyPoint, Side};
-use crate::workpiece::{Casting, Fixture, WorkpieceError};
+use crate::workpiece::{Casting, FREEDOMS, Fixture, Motion, WorkpieceError};
 
 /// Id of a part of a scene.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
@@ -36,19 +37,21 @@ pub enum Part {
 pub enum Freedom {
     /// Motion of a hammer's body along the strike axis, see [`body`].
     Body(usize),
-    /// Motion of a casting's centre of mass along the strike axis.
-    Heave,
-    /// Rotation of a casting about x (0) or y (1).
+    /// Motion of a casting's centre of mass against x (0), y (1) or z (2); the last is its heave, downwards.
+    Shift(usize),
+    /// Rotation of a casting about x (0), y (1) or z (2).
     Rotation(usize),
 }
 
-/// Id of a fixture: its casting, and its index among that casting's fixtures.
+/// Id of a fixture: its casting, its index among that casting's fixtures, and the direction in which it holds.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub struct FixtureId {
     /// The casting that it holds.
     pub casting: usize,
     /// Index among the fixtures of that casting.
     pub fixture: usize,
+    /// Along its axis (0) or in one of the directions across it (1, 2), see [`Fixture::axes`].
+    pub axis: usize,
 }
 
 /// Id of a point of a part.
@@ -96,7 +99,7 @@ pub enum PointId {
     Rotation {
         /// The casting.
         casting: usize,
-        /// About x (0) or y (1).
+        /// About the first (0) or the second (1) direction across the one in which the casting is measured: about x or y.
         axis: usize,
     },
     /// A watched point of the machine. No link joins it.
@@ -127,15 +130,15 @@ pub enum Location {
     Body(usize),
     /// Interface points of a reduced structure with their weights, which sum to 1.
     Nodes(Vec<(String, f64)>),
-    /// x and y from a rigid casting's centre of mass, m.
-    Offset([f64; 2]),
+    /// Place from a rigid casting's centre of mass, m.
+    Offset([f64; 3]),
     /// A point of an elastic casting.
     Place(BodyPoint),
-    /// No place: the rotation of a rigid casting about x (0) or y (1), rad.
-    Rotation(usize),
+    /// No place: the rotation of a rigid casting about a unit vector, rad.
+    Rotation([f64; 3]),
 }
 
-/// A point, its part, and where it is on that. It moves along the strike axis.
+/// A point, its part, where it is on that, and the direction in which its motion counts.
 #[derive(Debug, Clone, PartialEq)]
 pub struct PointRef {
     /// Id.
@@ -144,6 +147,8 @@ pub struct PointRef {
     pub part: PartId,
     /// Location on the part.
     pub location: Location,
+    /// Unit vector in world axes.
+    pub direction: [f64; 3],
 }
 
 /// Link of a hammer: its guide's spring, its contacts.
@@ -220,22 +225,23 @@ pub struct Link {
 }
 
 impl Part {
-    /// Motion of a location as a sum over the freedoms of a rigid part, by their indices; empty for an elastic one.
-    pub fn row(&self, location: &Location) -> Vec<(usize, f64)> {
+    /// Motion of a location along a direction as a sum over the freedoms of a rigid part, by their indices; empty for an elastic one.
+    pub fn row(&self, location: &Location, direction: [f64; 3]) -> Vec<(usize, f64)> {
         let Self::Rigid(freedoms) = self else { return Vec::new() };
-        let terms = freedoms.iter().map(|(freedom, _)| location.motion_per(*freedom)).enumerate();
+        let terms = freedoms.iter().map(|(freedom, _)| location.motion_per(*freedom, direction)).enumerate();
         terms.filter(|(_, coefficient)| *coefficient != 0.0).collect()
     }
 }
 
 impl Location {
-    /// Motion of the location per motion of a freedom. The point (x, y) of a casting moves by `z + y tx - x ty`.
-    fn motion_per(&self, freedom: Freedom) -> f64 {
+    /// Motion of the location along a direction per motion of a freedom, see [`Motion::per_freedom`].
+    fn motion_per(&self, freedom: Freedom, direction: [f64; 3]) -> f64 {
+        let on_casting = |at_m: [f64; 3]| Motion { at_m, direction }.per_freedom();
         match (self, freedom) {
             (Self::Body(own), Freedom::Body(body)) if *own == body => 1.0,
-            (Self::Offset(_), Freedom::Heave) => 1.0,
-            (Self::Offset([x, y]), Freedom::Rotation(axis)) => [*y, -x][axis],
-            (Self::Rotation(own), Freedom::Rotation(axis)) if *own == axis => 1.0,
+            (Self::Offset(at_m), Freedom::Shift(axis)) => on_casting(*at_m)[axis],
+            (Self::Offset(at_m), Freedom::Rotation(axis)) => on_casting(*at_m)[3 + axis],
+            (Self::Rotation(about), Freedom::Rotation(axis)) => about[axis],
             _ => 0.0,
         }
     }
@@ -252,7 +258,7 @@ impl HammerUnit {
             expansion_exponent: environment.expansion_exponent,
             ambient_pressure_pa: environment.ambient_pressure_pa,
         };
-        HammerModel::new(&self.parameters, gas, environment.gravity_m_s2)
+        HammerModel::new(&self.parameters, gas, environment.gravity_along(self.axis()))
     }
 
     /// Contacts between the hammer's bodies: the bodies with coefficients +1 and -1, the parameters, the gap in m.
@@ -286,7 +292,7 @@ impl Scene {
         ids.map(|id| Ok((id, self.part(id)?))).collect()
     }
 
-    /// A part. A casting has its heave and the rotations that the scene needs.
+    /// A part. A casting has the freedoms that the scene needs.
     ///
     /// # Errors
     /// A casting that its fixtures do not hold, or that rotates and lacks its inertia.
@@ -294,8 +300,7 @@ impl Scene {
         Ok(match id {
             PartId::Machine => Part::Elastic,
             PartId::Casting(index) if self.castings[index].elastic.is_some() => {
-                let casting = &self.castings[index];
-                casting.check_restraint(casting.active_rotations(&self.strike_points(index)))?;
+                self.castings[index].check_restraint(self.freedoms(index))?;
                 Part::Elastic
             }
             PartId::Hammer(hammer) => {
@@ -314,12 +319,37 @@ impl Scene {
     /// As for [`Self::part`].
     pub(crate) fn rigid_casting(&self, index: usize) -> Result<Part, WorkpieceError> {
         let casting = &self.castings[index];
-        let active = casting.active_rotations(&self.strike_points(index));
+        let active = self.freedoms(index);
         casting.check_restraint(active)?;
-        let inertia = casting.inertia_kg_m2.unwrap_or_default();
-        let rotations = (0..2).filter(|axis| active[*axis]);
-        let rotations = rotations.map(|axis| (Freedom::Rotation(axis), inertia[axis]));
-        Ok(Part::Rigid([(Freedom::Heave, casting.mass_kg)].into_iter().chain(rotations).collect()))
+        let moments = casting.moments_kg_m2().map(Option::unwrap_or_default);
+        let all = (0..FREEDOMS).map(|freedom| match freedom.checked_sub(3) {
+            None => (Freedom::Shift(freedom), casting.mass_kg),
+            Some(axis) => (Freedom::Rotation(axis), moments[axis]),
+        });
+        Ok(Part::Rigid(all.zip(active).filter(|(_, active)| *active).map(|(freedom, _)| freedom).collect()))
+    }
+
+    /// Direction in which the velocities of a casting are measured: the strike axis of the first hammer that strikes it, unless it
+    /// has its own.
+    pub fn measuring_axis(&self, casting: usize) -> [f64; 3] {
+        let strikes = self.hammers.iter().find(|unit| unit.casting == casting).map(HammerUnit::axis);
+        self.castings[casting].measuring_axis.map(unit).or(strikes).unwrap_or(DOWN)
+    }
+
+    /// Freedoms that a rigid casting needs, shifts along x, y, z and rotations about them: those of its strikes, its fixtures, its measuring
+    /// point and its cores.
+    pub fn freedoms(&self, index: usize) -> [bool; FREEDOMS] {
+        let casting = &self.castings[index];
+        let struck = self.hammers.iter().filter(|unit| unit.casting == index);
+        let strikes = struck.map(|unit| Motion { at_m: unit.strike_place_m(), direction: unit.axis() });
+        let held = casting.fixtures.iter().flat_map(|fixture| {
+            let axes = fixture.axes();
+            fixture.held_axes().map(move |axis| Motion { at_m: fixture.place_m(), direction: axes[axis] })
+        });
+        let direction = self.measuring_axis(index);
+        let cores = casting.cores.iter().map(|core| core.at_m);
+        let watched = cores.chain([casting.measured_place_m()]).map(|at_m| Motion { at_m, direction });
+        casting.freedoms(&strikes.chain(held).chain(watched).collect::<Vec<_>>())
     }
 
     /// All points, by id.
@@ -333,7 +363,7 @@ impl Scene {
             let cores = (0..self.castings[casting].cores.len()).map(move |core| PointId::Core { casting, core });
             cores.chain(rotations).chain([PointId::Centre { casting }, PointId::Measured { casting }])
         });
-        let fixtures = self.fixtures().flat_map(|(id, _)| [PointId::Support(id), PointId::Held(id)]);
+        let fixtures = self.holds().flat_map(|(id, _)| [PointId::Support(id), PointId::Held(id)]);
         let watched = (0..self.outputs.points.len()).map(|point| PointId::Watched { point });
         let all = hammers.chain(castings).chain(fixtures).chain(watched);
         all.map(|id| self.point(id)).map(|point| (point.id, point)).collect()
@@ -364,10 +394,19 @@ impl Scene {
     /// All fixtures, casting by casting.
     pub fn fixtures(&self) -> impl Iterator<Item = (FixtureId, &Fixture)> {
         let of_casting = |(casting, held): (usize, &'_ Casting)| {
-            (0..held.fixtures.len()).map(move |fixture| FixtureId { casting, fixture })
+            (0..held.fixtures.len()).map(move |fixture| FixtureId { casting, fixture, axis: 0 })
         };
         let ids = self.castings.iter().enumerate().flat_map(of_casting);
         ids.zip(self.castings.iter().flat_map(|casting| &casting.fixtures))
+    }
+
+    /// All directions in which fixtures hold, fixture by fixture.
+    fn holds(&self) -> impl Iterator<Item = (FixtureId, &Fixture)> {
+        let axes = |(id, fixture): (FixtureId, &Fixture)| {
+            fixture.held_axes().map(move |axis| FixtureId { axis, ..id }).collect::<Vec<_>>()
+        };
+        let ids = self.fixtures().flat_map(axes);
+        ids.map(|id| (id, &self.castings[id.casting].fixtures[id.fixture]))
     }
 
     /// Returns a point. The point of a tied guide is its mount.
@@ -376,47 +415,63 @@ impl Scene {
             let location = self.castings[casting].elastic.map_or(rigid, |_| Location::Place(elastic));
             (PartId::Casting(casting), location)
         };
-        let at = |casting: usize, at_m: [f64; 2], side: Side| {
-            on(casting, Location::Offset(at_m), BodyPoint::Surface(at_m, side))
+        let at = |casting: usize, at_m: [f64; 3], (side, axis): (Side, [f64; 3])| {
+            on(casting, Location::Offset(at_m), BodyPoint::Surface { at_m, axis, side })
         };
         let node = |name: &str| (PartId::Machine, Location::Nodes(vec![(name.to_owned(), 1.0)]));
         let fixture = |id: FixtureId| &self.castings[id.casting].fixtures[id.fixture];
-        let (part, location) = match id {
+        let strikes = |hammer: usize| self.hammers[hammer].axis();
+        let ((part, location), direction) = match id {
             PointId::Body { hammer, body: body::GUIDE } if self.ties(self.solver.guide) => {
                 return self.point(PointId::Mount { hammer });
             }
-            PointId::Body { hammer, body } => (PartId::Hammer(hammer), Location::Body(body)),
-            PointId::Mount { hammer } => (PartId::Machine, Location::Nodes(self.hammers[hammer].mount.points.clone())),
+            PointId::Body { hammer, body } => ((PartId::Hammer(hammer), Location::Body(body)), strikes(hammer)),
+            PointId::Mount { hammer } => {
+                ((PartId::Machine, Location::Nodes(self.hammers[hammer].mount.points.clone())), strikes(hammer))
+            }
             PointId::Strike { hammer } => {
-                at(self.hammers[hammer].casting, self.hammers[hammer].strike_point_m, Side::Top)
+                let (unit, axis) = (&self.hammers[hammer], strikes(hammer));
+                (at(unit.casting, unit.strike_place_m(), (Side::Struck, axis)), axis)
             }
-            PointId::Support(id) => node(&fixture(id).point),
-            // A clamp presses from above.
-            PointId::Held(id) if fixture(id).clamp_force_n > 0.0 => at(id.casting, fixture(id).at_m, Side::Top),
-            PointId::Held(id) => at(id.casting, fixture(id).at_m, Side::Bottom),
+            PointId::Support(id) => (node(&fixture(id).point), fixture(id).axes()[id.axis]),
+            PointId::Held(id) => {
+                let (held, axes) = (fixture(id), fixture(id).axes());
+                // A clamp presses from the side from which it acts.
+                let side = if held.clamp_force_n > 0.0 { Side::Struck } else { Side::Held };
+                (at(id.casting, held.place_m(), (side, axes[0])), axes[id.axis])
+            }
             PointId::Measured { casting } => {
-                at(casting, self.castings[casting].measuring_point_m.unwrap_or_default(), Side::Bottom)
+                let axis = self.measuring_axis(casting);
+                (at(casting, self.castings[casting].measured_place_m(), (Side::Held, axis)), axis)
             }
-            PointId::Centre { casting } => on(casting, Location::Offset([0.0; 2]), BodyPoint::Centre),
+            PointId::Centre { casting } => {
+                (on(casting, Location::Offset([0.0; 3]), BodyPoint::Centre), self.measuring_axis(casting))
+            }
             PointId::Core { casting, core } => {
-                let place @ [x, y, _] = self.castings[casting].cores[core].at_m;
-                on(casting, Location::Offset([x, y]), BodyPoint::Place(place))
+                let at_m = self.castings[casting].cores[core].at_m;
+                (on(casting, Location::Offset(at_m), BodyPoint::Place(at_m)), self.measuring_axis(casting))
             }
-            PointId::Rotation { casting, axis } => on(casting, Location::Rotation(axis), BodyPoint::Rotation(axis)),
-            PointId::Watched { point } => node(&self.outputs.points[point]),
+            PointId::Rotation { casting, axis } => {
+                let direction = self.measuring_axis(casting);
+                let about = across(direction)[axis];
+                (on(casting, Location::Rotation(about), BodyPoint::Rotation(axis)), direction)
+            }
+            PointId::Watched { point } => (node(&self.outputs.points[point]), unit(self.outputs.points_axis)),
         };
-        PointRef { id, part, location }
+        PointRef { id, part, location, direction }
     }
 
     /// Returns all links: hammer by hammer, then the fixtures.
     pub fn links(&self) -> Vec<Link> {
         let hammers = (0..self.hammers.len()).flat_map(|hammer| self.links_of_hammer(hammer));
-        hammers.chain(self.fixtures().map(|(id, fixture)| self.link_of_fixture(id, fixture))).collect()
+        hammers.chain(self.holds().map(|(id, fixture)| self.link_of_fixture(id, fixture))).collect()
     }
 
     fn link_of_fixture(&self, id: FixtureId, fixture: &Fixture) -> Link {
-        let [stiffness_n_per_m, damping_n_s_per_m] = fixture.spring();
-        let law = if fixture.one_sided {
+        let lateral = id.axis.checked_sub(1);
+        let [stiffness_n_per_m, damping_n_s_per_m] =
+            lateral.map_or_else(|| fixture.spring(), |axis| fixture.lateral_spring(axis));
+        let law = if fixture.one_sided && lateral.is_none() {
             let law = ContactLaw::KelvinVoigt { stiffness_n_per_m, damping_n_s_per_m };
             // The equilibrium gives it its force at rest.
             LinkLaw::Contact { law, gap_m: 0.0, preload_n: 0.0, includes_flexibility: false }

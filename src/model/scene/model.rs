@@ -4,6 +4,7 @@ use serde::Serialize;
 
 use super::overrides::ParameterOverrides;
 use super::solver::{Guide, NumericalTwin, SolverSettings};
+use crate::direction::{DOWN, is_down, unit};
 use crate::hammer::{HammerParameters, choked_flow};
 use crate::parameter::parameters;
 use crate::workpiece::Casting;
@@ -22,6 +23,9 @@ parameters! { file
         pub ambient_pressure_pa: f64 = 101325.0, "Pa", [> 0] usual [1e4, 3e5], "standard atmosphere";
         /// Gravity.
         pub gravity_m_s2: f64 = 9.80665, "m/s2", [>= 0] usual [0, 30], "standard gravity";
+        /// Direction of gravity in world axes: x forward, y lateral, z up. Its length does not matter.
+        #[serde(skip_serializing_if = "is_down")]
+        pub gravity_axis: [f64; 3] = DOWN, "1", [finite], "downwards";
         /// Exponent `a_in` of inflow.
         pub inflow_exponent: f64 = 1.4, "1", [> 0] usual [0.8, 2], "Richer and Hurmuzlu";
         /// Exponent `a_out` of outflow.
@@ -53,7 +57,24 @@ impl Mount {
     }
 }
 
+impl Environment {
+    /// Gravity in m/s2 along a unit vector.
+    pub fn gravity_along(&self, direction: [f64; 3]) -> f64 {
+        self.gravity_m_s2 * crate::direction::dot(unit(self.gravity_axis), direction)
+    }
+}
+
 impl HammerUnit {
+    /// Unit vector in which it strikes.
+    pub fn axis(&self) -> [f64; 3] {
+        unit(self.strike_axis)
+    }
+
+    /// Strike point from the casting's centre of mass.
+    pub fn strike_place_m(&self) -> [f64; 3] {
+        [self.strike_point_m[0], self.strike_point_m[1], self.strike_height_m]
+    }
+
     /// Choked flow of `gas` through the larger feed of its valve at supply pressure, in kg/s: it takes no more.
     pub fn largest_air_flow_kg_s(&self, gas: &Environment) -> f64 {
         let valve = &self.parameters.valve;
@@ -135,6 +156,10 @@ parameters! {
         pub gate_delay_s: f64 = 0.020, "s", [>= 0] usual [0, 1], "the paper's rig";
         /// Strike point, x and y from the casting's centre of mass.
         pub strike_point_m: [f64; 2], "m", [finite] usual [-10, 10], "default: below the mount";
+        /// Direction in which it strikes, in world axes: x forward, y lateral, z up. Its length does not matter.
+        pub strike_axis: [f64; 3] = DOWN, "1", [finite], "vertical, downwards";
+        /// Height of the strike point above the casting's centre of mass. It matters only for a `strike_axis` that is not vertical.
+        pub strike_height_m: f64, "m", [finite] usual [-10, 10], "default: on the axis of the hammer";
         typed_last {
             /// Values that differ from the hammer file's, in the same layout.
             #[serde(default, skip_serializing_if = "ParameterOverrides::is_empty")]
@@ -167,6 +192,9 @@ parameters! { file
         /// |sinc(f interval)|, 0.64 at half the sampling rate.
         #[serde(skip_serializing_if = "Option::is_none")]
         pub signal_interval_s: Option<f64>, "s", [> 0] usual [1e-6, 0.1], "default 0.001";
+        /// Direction in world axes in which the motion of the machine's `points` is measured.
+        #[serde(skip_serializing_if = "is_down")]
+        pub points_axis: [f64; 3] = DOWN, "1", [finite], "vertical, downwards";
         /// Length of a blow's window, from its start.
         pub blow_window_s: f64 = 0.005, "s", [> 0] usual [1e-4, 0.1], "definition";
         /// Least closing speed of piston and chisel that counts as a blow.

@@ -13,11 +13,11 @@ pub const JUMP_RATIO: f64 = 2.0;
 
 impl Scene {
     /// Reduced mass in kg of a hammer's chisel and its casting, whose mass counts as at the strike point:
-    /// `1/m + y^2/J_x + x^2/J_y` with the rotations that it has. The chisel's own mass where the casting is not rigid or not held.
+    /// `1/m + y^2/J_x + x^2/J_y` under a vertical strike, with the rotations that it has. The chisel's own mass where the casting is not rigid or not held.
     pub fn strike_mass_kg(&self, unit: &HammerUnit) -> f64 {
         let casting = self.part(PartId::Casting(unit.casting));
         let Ok(part @ Part::Rigid(freedoms)) = &casting else { return unit.parameters.chisel.mass_kg };
-        let row = part.row(&Location::Offset(unit.strike_point_m));
+        let row = part.row(&Location::Offset(unit.strike_place_m()), unit.axis());
         let inverse = row.iter().map(|(freedom, lever)| lever * lever / freedoms[*freedom].1);
         1.0 / inverse.fold(1.0 / unit.parameters.chisel.mass_kg, |sum, inverse| sum + inverse)
     }
@@ -29,7 +29,8 @@ impl Scene {
         let area_m2 = 0.25 * PI * p.telescope.bore_m * p.telescope.bore_m;
         let mass_kg = p.telescope.cylinder_mass_kg + p.valve.mass_kg + p.piston.mass_kg + p.chisel.mass_kg;
         let force_n = (unit.supply_pressure_pa - self.environment.ambient_pressure_pa) * area_m2;
-        let energy_j = (force_n + mass_kg * self.environment.gravity_m_s2) * unit.standoff_m.min(p.telescope.stroke_m);
+        let weight_n = mass_kg * self.environment.gravity_along(unit.axis());
+        let energy_j = (force_n + weight_n) * unit.standoff_m.min(p.telescope.stroke_m);
         (2.0 * energy_j.max(0.0) / mass_kg).sqrt()
     }
 

@@ -52,6 +52,11 @@ impl Checks {
         self.problems.extend(faults.into_iter().map(problem));
     }
 
+    /// A direction needs a length.
+    fn axis(&mut self, axis: &[f64; 3], path: String) {
+        self.rule(*axis != [0.0; 3], path, "needs a direction x, y, z other than 0, 0, 0");
+    }
+
     fn rule(&mut self, holds: bool, path: String, message: &str) {
         if !holds {
             self.push(SceneProblemKind::Value, path, message.to_string());
@@ -66,6 +71,7 @@ impl Scene {
     pub fn validate(&self) -> Vec<SceneProblem> {
         let mut checks = Checks { problems: Vec::new() };
         checks.group("environment", &self.environment);
+        checks.axis(&self.environment.gravity_axis, "environment.gravity_axis".to_string());
         for hammer in &self.hammers {
             self.check_hammer(&mut checks, hammer);
         }
@@ -76,16 +82,11 @@ impl Scene {
         checks.problems
     }
 
-    /// Strike points on the casting with this index, in m from its centre of mass.
-    pub fn strike_points(&self, casting: usize) -> Vec<[f64; 2]> {
-        let strikes = |hammer: &&HammerUnit| hammer.casting == casting;
-        self.hammers.iter().filter(strikes).map(|hammer| hammer.strike_point_m).collect()
-    }
-
     fn check_hammer(&self, checks: &mut Checks, hammer: &HammerUnit) {
         let prefix = format!("hammer.{}", hammer.name);
         checks.group(&prefix, &Supply::of(hammer, &self.environment));
         checks.group(&prefix, hammer);
+        checks.axis(&hammer.strike_axis, format!("{prefix}.strike_axis"));
         let mut before = hammer.start_time_s;
         for (index, &time) in hammer.supply_switch_times_s.iter().enumerate() {
             // A NaN is reported above.
@@ -110,11 +111,15 @@ impl Scene {
         let prefix = format!("casting.{}", casting.name);
         let before = checks.problems.len();
         checks.group(&prefix, casting);
+        if let Some(axis) = &casting.measuring_axis {
+            checks.axis(axis, format!("{prefix}.measuring_axis"));
+        }
         let held = !casting.fixtures.is_empty();
         checks.rule(held, format!("{prefix}.fixture"), "a casting needs at least one fixture");
         for fixture in &casting.fixtures {
             let prefix = format!("{prefix}.fixture.{}", fixture.name);
             checks.group(&prefix, fixture);
+            checks.axis(&fixture.axis, format!("{prefix}.axis"));
             if let Some(pad) = &fixture.pad {
                 checks.group(&prefix, pad);
             }
@@ -131,6 +136,7 @@ impl Scene {
             && let Err(error) = self.part(PartId::Casting(index))
         {
             let key = match error {
+                WorkpieceError::MissingInertia { about_z: true, .. } => "inertia_z_kg_m2",
                 WorkpieceError::MissingInertia { .. } => "inertia_kg_m2",
                 WorkpieceError::Unrestrained { .. } => "fixture",
             };
@@ -172,6 +178,7 @@ impl Scene {
         let whole = !self.solver.method.is_fixed() || self.solver.modes == ModeTreatment::Integrated;
         checks.rule(whole, "solver.modes".to_string(), "must be \"integrated\" for a method with a fixed step");
         checks.group("outputs", &self.outputs);
+        checks.axis(&self.outputs.points_axis, "outputs.points_axis".to_string());
     }
 }
 
@@ -192,9 +199,10 @@ fn check_kind(checks: &mut Checks, prefix: &str, (casting, fixture): (&Casting, 
     checks.rule(!clamps || casting.lies(), path("clamp_force_n"), message);
 }
 
-/// Whether the strike point lies outside the casting's extent.
+/// Whether the strike point of a vertical hammer lies outside the casting's extent. The extent along z is not known.
 fn misses(hammer: &HammerUnit, casting: &Casting) -> bool {
-    casting.margin_m(hammer.strike_point_m).is_some_and(|margin| margin < -OFFSET_TOLERANCE_M)
+    let vertical = hammer.axis()[..2] == [0.0; 2];
+    vertical && casting.margin_m(hammer.strike_point_m).is_some_and(|margin| margin < -OFFSET_TOLERANCE_M)
 }
 
 fn check_strike(checks: &mut Checks, prefix: &str, hammer: &HammerUnit, casting: &Casting) {

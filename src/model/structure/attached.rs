@@ -1,9 +1,12 @@
 //! Rigid bodies attached to interface points.
 
-use nalgebra::{DMatrix, Matrix3, Matrix6, Vector3};
+use std::f64::consts::PI;
+
+use nalgebra::{DMatrix, Matrix3, Matrix6, Rotation3, Vector3};
 
 use super::error::StructureError;
 use super::points::{Interface, require_weights};
+use crate::direction::{DOWN, unit};
 
 /// A rigid body on a mount: a hammer's housing.
 ///
@@ -19,6 +22,17 @@ pub struct RigidMass {
     pub inertia_kg_m2: [f64; 3],
     /// Centre of mass relative to the mount, x, y, z, in m.
     pub centre_of_mass_m: [f64; 3],
+    /// Direction in world axes of the body's -z: its axes are the world's, turned by the shortest way. Straight down for a body that
+    /// hangs as it is described.
+    pub axis: [f64; 3],
+}
+
+/// The rotation that takes -z to a direction by the shortest way; about x for straight up. `None` for straight down.
+fn turn(axis: [f64; 3]) -> Option<Rotation3<f64>> {
+    let (down, to) = (Vector3::from(DOWN), Vector3::from(unit(axis)));
+    (to != down).then(|| {
+        Rotation3::rotation_between(&down, &to).unwrap_or_else(|| Rotation3::from_axis_angle(&Vector3::x_axis(), PI))
+    })
 }
 
 impl RigidMass {
@@ -50,6 +64,12 @@ impl RigidMass {
             b.column_mut(axis).scale_mut(self.mass_kg.sqrt());
             b.column_mut(3 + axis).scale_mut(self.inertia_kg_m2[axis].sqrt());
         }
+        if let Some(turn) = turn(self.axis) {
+            for first in [0, 3] {
+                let turned = turn.matrix() * b.fixed_view::<3, 6>(first, 0);
+                b.fixed_view_mut::<3, 6>(first, 0).copy_from(&turned);
+            }
+        }
         b
     }
 }
@@ -77,6 +97,25 @@ pub(super) fn mass_factor(interface: &Interface, bodies: &[RigidMass]) -> Result
 mod tests {
     use super::*;
 
+    /// A body that hangs along x has its centre there, and its moments about the axes that went with it.
+    #[test]
+    fn a_turned_body_turns_its_centre_and_its_moments() {
+        let body = RigidMass {
+            points: vec![("R5".to_owned(), 1.0)],
+            mass_kg: 2.0,
+            inertia_kg_m2: [0.5, 0.4, 0.1],
+            centre_of_mass_m: [0.0, 0.0, -0.2],
+            axis: [1.0, 0.0, 0.0],
+        };
+        let mass = body.factor() * body.factor().transpose();
+        let expected = [0.1, 0.4 + 2.0 * 0.04, 0.5 + 2.0 * 0.04];
+        for (about, moment) in expected.into_iter().enumerate() {
+            assert!((mass[(3 + about, 3 + about)] - moment).abs() < 1e-15, "{about}: {mass}");
+        }
+        // A push along z at the mount turns it about y: the centre is 0.2 m ahead.
+        assert!((mass[(2, 4)] + 2.0 * 0.2).abs() < 1e-15, "{mass}");
+    }
+
     #[test]
     fn factor_squares_to_the_rigid_mass_matrix() {
         let body = RigidMass {
@@ -84,6 +123,7 @@ mod tests {
             mass_kg: 27.0,
             inertia_kg_m2: [0.55, 0.5, 0.12],
             centre_of_mass_m: [0.03, -0.05, -0.2],
+            axis: DOWN,
         };
         let s = Vector3::from(body.centre_of_mass_m).cross_matrix();
         let mut expected = Matrix6::zeros();

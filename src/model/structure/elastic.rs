@@ -24,9 +24,10 @@ use super::motions::RigidMotions;
 use super::partition::{inner_rows, sparse_times};
 use super::reduced::{Damping, damping_ratios};
 use super::suspects;
+use crate::direction::{across, dot, perpendicular};
 use decore_math::linalg::{Below, PencilFactor, SymmetricPencil, multiply, multiply_transposed};
 
-/// Direction of all motions: z, up.
+/// Index of the vertical among the directions of a node.
 const VERTICAL: usize = 2;
 /// Shift relative to the squared cut-off with which the stiffness of a floating body is factorised.
 const SHIFT_OF_LIMIT: f64 = 1e-2;
@@ -61,36 +62,46 @@ pub struct ElasticSettings {
     pub point_radius_m: f64,
 }
 
-/// Side of a casting.
+/// Side of a casting along an axis.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Side {
-    /// Upper surface, which hammers strike.
-    Top,
-    /// Lower surface, which fixtures hold.
-    Bottom,
+    /// The surface that the axis reaches first: under a vertical strike the upper one.
+    Struck,
+    /// The surface that it reaches last, which fixtures hold.
+    Held,
 }
 
 /// A point of an elastic body. Coordinates are in m from its centre of mass.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum BodyPoint {
-    /// The surface at x and y.
-    Surface([f64; 2], Side),
+    /// The surface on a line through a point along a unit vector.
+    Surface {
+        /// The point, m.
+        at_m: [f64; 3],
+        /// The unit vector.
+        axis: [f64; 3],
+        /// Which of the two surfaces.
+        side: Side,
+    },
     /// A place within it or on it.
     Place([f64; 3]),
     /// Mean motion of its mass.
     Centre,
-    /// Mean rotation of its mass about x (0) or y (1), rad.
+    /// Mean rotation of its mass about the first (0) or second (1) direction across the one of the motion, rad; see [`across`].
     Rotation(usize),
 }
+
+/// A point and the unit vector along which its motion counts.
+pub type DirectedPoint = (BodyPoint, [f64; 3]);
 
 /// Motion of a body at points.
 #[derive(Debug, Clone, PartialEq)]
 pub struct BodyModes {
-    /// Natural circular frequencies in rad/s; 0 for rigid motions, which come first: at most heave and two rotations.
+    /// Natural circular frequencies in rad/s; 0 for rigid motions, which come first: heave and two rotations for vertical points, else six.
     pub omega_rad_s: Vec<f64>,
     /// Damping ratios.
     pub damping_ratio: Vec<f64>,
-    /// Vertical mode shapes at the points, mass-normalised: points x modes.
+    /// Mode shapes along the points' directions, mass-normalised: points x modes.
     pub rows: DMatrix<f64>,
     /// Residual flexibility R of the driven points in m/N: of all modes above the cut-off; symmetric.
     pub residual: DMatrix<f64>,
@@ -100,11 +111,19 @@ pub struct BodyModes {
     pub local: Vec<f64>,
 }
 
-/// A node with its place from the centre of mass and the row of its vertical displacement.
+/// A node with its place from the centre of mass and the rows of its displacements.
 #[derive(Debug, Clone, Copy)]
 struct Node {
     place_m: [f64; 3],
-    row: usize,
+    rows: [Option<usize>; 3],
+}
+
+impl Node {
+    /// Rows and shares of its motion along a direction; `None` if it lacks one of them.
+    fn along(&self, direction: [f64; 3]) -> Option<Vec<(usize, f64)>> {
+        let parts = self.rows.iter().zip(direction).filter(|(_, share)| *share != 0.0);
+        parts.map(|(row, share)| row.map(|row| (row, share))).collect()
+    }
 }
 
 /// The elastic body of a casting.
@@ -120,7 +139,7 @@ pub struct ElasticBody {
     factor: PencilFactor,
     omega_rad_s: Vec<f64>,
     damping_ratio: Vec<f64>,
-    /// Mode shapes that are kept.
+    /// Mode shapes that are kept; of the rigid motions only those that vertical forces excite.
     shapes: DMatrix<f64>,
     /// Circular frequencies of all elastic modes that are known, in rad/s: up to the cut-off or [`LOCAL_HZ`], whichever is higher. As many as
     /// are kept come first.
@@ -146,7 +165,7 @@ impl ElasticBody {
             StructureError::argument("casting", "coordinates of all nodes: name a `nodes_file`", found)
         })?;
         let mass_kg = motions.mass_kg[VERTICAL];
-        let nodes = vertical_nodes(&model, centre);
+        let nodes = nodes(&model, centre);
         let limit = (TAU * settings.cutoff_hz.max(LOCAL_HZ)).powi(2);
         let (kept, _) = inner_rows(&model, &[]);
         let pencil = SymmetricPencil::new(model.stiffness(), model.mass(), &kept).step(STEP, ADVICE)?;
@@ -204,11 +223,11 @@ impl ElasticBody {
         self.mass_kg
     }
 
-    /// Motion at points. Forces act on the first `driven` of them; the others are watched.
+    /// Motion at points along their directions. Forces act on the first `driven` of them; the others are watched.
     ///
     /// # Errors
     /// A point without nodes around it.
-    pub fn at(&self, points: &[BodyPoint], driven: usize) -> Result<BodyModes, StructureError> {
+    pub fn at(&self, points: &[DirectedPoint], driven: usize) -> Result<BodyModes, StructureError> {
         let mut forces = DMatrix::zeros(self.rows.len(), points.len());
         let place: HashMap<usize, usize> = self.rows.iter().enumerate().map(|(at, row)| (*row as usize, at)).collect();
         for (index, point) in points.iter().enumerate() {
@@ -218,7 +237,6 @@ impl ElasticBody {
                 }
             }
         }
-        let rows = multiply_transposed(&forces, &self.shapes).step(STEP, ADVICE)?;
         let driven = driven.min(points.len());
         let highest = self.highest(&forces, driven)?;
         let known = multiply_transposed(&forces, &self.below).step(STEP, ADVICE)?;
@@ -237,9 +255,17 @@ impl ElasticBody {
         let kept = self.omega_rad_s.iter().filter(|omega| **omega > 0.0).count();
         let global = self.elastic_rad_s.iter().filter(|omega| **omega < TAU * LOCAL_HZ).count();
         let residual = and_modes(kept);
+        let vertical = points.iter().all(|(_, direction)| direction[..VERTICAL] == [0.0; VERTICAL]);
+        let heaving = self.omega_rad_s.len() - kept;
+        let (rigid, rows) = if vertical {
+            (heaving, multiply_transposed(&forces, &self.shapes).step(STEP, ADVICE)?)
+        } else {
+            (first, known.columns(0, first + kept).into_owned())
+        };
+        let with_rigid = |elastic: &[f64]| vec![0.0; rigid].into_iter().chain(elastic.iter().copied()).collect();
         Ok(BodyModes {
-            omega_rad_s: self.omega_rad_s.clone(),
-            damping_ratio: self.damping_ratio.clone(),
+            omega_rad_s: with_rigid(&self.omega_rad_s[heaving..]),
+            damping_ratio: with_rigid(&self.damping_ratio[heaving..]),
             rows,
             watched: residual.rows_range(driven..).into_owned(),
             residual: symmetric(&residual),
@@ -278,26 +304,32 @@ impl ElasticBody {
     ///
     /// # Errors
     /// As for [`ElasticBody::at`].
-    pub fn weight(&self, point: BodyPoint, row: usize) -> Result<f64, StructureError> {
+    pub fn weight(&self, point: DirectedPoint, row: usize) -> Result<f64, StructureError> {
         Ok(self.weights(point)?.iter().filter(|(known, _)| *known == row).map(|(_, weight)| weight).sum())
     }
 
     /// Rows of the model and their weights whose sum is the motion of a point.
-    fn weights(&self, point: BodyPoint) -> Result<Vec<(usize, f64)>, StructureError> {
+    fn weights(&self, (point, direction): DirectedPoint) -> Result<Vec<(usize, f64)>, StructureError> {
         match point {
-            BodyPoint::Place(place) => self.area(place),
-            BodyPoint::Surface(at, side) => self.area(self.surface(at, side)?),
-            BodyPoint::Centre => Ok(self.mass_weights(0)),
-            BodyPoint::Rotation(axis) => Ok(self.mass_weights(1 + axis)),
+            BodyPoint::Place(place) => self.area(place, direction),
+            BodyPoint::Surface { at_m, axis, side } => self.area(self.surface(at_m, axis, side)?, direction),
+            BodyPoint::Centre => Ok(self.mass_weights(0, direction)),
+            BodyPoint::Rotation(axis) => Ok(self.mass_weights(1 + axis, direction)),
         }
     }
 
-    /// Weights that take from a displacement its share of one of the vertical rigid motions `T = [1, y, -x]`: a column of
-    /// `M T (T' M T)^-1`.
-    fn mass_weights(&self, motion: usize) -> Vec<(usize, f64)> {
+    /// Weights that take from a displacement along a direction d its share of one of the rigid motions `T = [1, -d (t x r)]`, t across d:
+    /// `T = [1, y, -x]` for the vertical. They are a column of `M T (T' M T)^-1`.
+    fn mass_weights(&self, motion: usize, direction: [f64; 3]) -> Vec<(usize, f64)> {
+        let d = Vector3::from(direction);
+        let about = across(direction).map(Vector3::from);
         let mut motions = DMatrix::zeros(self.model.order(), 3);
-        for Node { place_m: [x, y, _], row } in &self.nodes {
-            [1.0, *y, -x].into_iter().enumerate().for_each(|(column, value)| motions[(*row, column)] = value);
+        for node in &self.nodes {
+            let r = Vector3::from(node.place_m);
+            let shares = [1.0, -d.dot(&about[0].cross(&r)), -d.dot(&about[1].cross(&r))];
+            for (row, along) in node.along(direction).into_iter().flatten() {
+                shares.into_iter().enumerate().for_each(|(column, value)| motions[(row, column)] = along * value);
+            }
         }
         let product = sparse_times(self.model.mass(), &motions);
         let moments: Matrix3<f64> = (motions.transpose() * &product).fixed_view::<3, 3>(0, 0).into_owned();
@@ -306,27 +338,40 @@ impl ElasticBody {
         weights.iter().enumerate().filter(|(_, value)| **value != 0.0).map(|(row, value)| (row, *value)).collect()
     }
 
-    /// The highest or lowest place of the body within the radius of x and y.
-    fn surface(&self, [x, y]: [f64; 2], side: Side) -> Result<[f64; 3], StructureError> {
-        let near = |node: &&Node| libm::hypot(node.place_m[0] - x, node.place_m[1] - y) <= self.settings.point_radius_m;
-        let heights = self.nodes.iter().filter(near).map(|node| node.place_m[2]);
-        let found = match side {
-            Side::Top => heights.reduce(f64::max),
-            Side::Bottom => heights.reduce(f64::min),
+    /// The first or last place of the body within the radius of the line through a point along an axis.
+    fn surface(&self, at_m: [f64; 3], axis: [f64; 3], side: Side) -> Result<[f64; 3], StructureError> {
+        let from = |node: &Node| [0, 1, 2].map(|k| node.place_m[k] - at_m[k]);
+        let near = |node: &&Node| {
+            let aside = perpendicular(from(node), axis);
+            dot(aside, aside).sqrt() <= self.settings.point_radius_m
         };
-        found.map(|z| [x, y, z]).ok_or_else(|| self.no_nodes(format!("x = {x:.4} m, y = {y:.4} m")))
+        let along = self.nodes.iter().filter(near).map(|node| dot(node.place_m, axis));
+        let found = match side {
+            Side::Struck => along.reduce(f64::min),
+            Side::Held => along.reduce(f64::max),
+        };
+        let aside = perpendicular(at_m, axis);
+        let [x, y, z] = at_m;
+        let place = |along: f64| [0, 1, 2].map(|k| aside[k] + along * axis[k]);
+        found.map(place).ok_or_else(|| {
+            let z = if axis[..VERTICAL] == [0.0; VERTICAL] { String::new() } else { format!(", z = {z:.4} m") };
+            self.no_nodes(format!("x = {x:.4} m, y = {y:.4} m{z}"))
+        })
     }
 
-    /// Nodes within the radius of a place. Their weights `w (a + b dx + c dy)`, `w = (1 - (d/r)^2)^2`, sum to 1 and have their centre at
-    /// x and y. Where all nodes lie on a line, only as far as these can.
-    fn area(&self, place: [f64; 3]) -> Result<Vec<(usize, f64)>, StructureError> {
+    /// Nodes within the radius of a place. Their weights `w (a + b d1 + c d2)`, `w = (1 - (d/r)^2)^2`, sum to 1 and have their centre at the
+    /// place, as seen along the direction of the motion: d1 and d2 are distances across it. Where all nodes lie on a line, only as far as
+    /// these can.
+    fn area(&self, place: [f64; 3], direction: [f64; 3]) -> Result<Vec<(usize, f64)>, StructureError> {
         let radius = self.settings.point_radius_m;
+        let [first, second] = across(direction);
         let weighed = self.nodes.iter().filter_map(|node| {
-            let [dx, dy, dz] = [0, 1, 2].map(|axis| (node.place_m[axis] - place[axis]) / radius);
-            let inside = 1.0 - (dx * dx + dy * dy + dz * dz);
-            (inside > 0.0).then(|| (node.row, inside * inside, Vector3::new(1.0, dx, dy)))
+            let d = [0, 1, 2].map(|axis| (node.place_m[axis] - place[axis]) / radius);
+            let inside = 1.0 - (d[0] * d[0] + d[1] * d[1] + d[2] * d[2]);
+            let along = node.along(direction)?;
+            (inside > 0.0).then(|| (along, inside * inside, Vector3::new(1.0, dot(d, first), dot(d, second))))
         });
-        let weighed: Vec<(usize, f64, Vector3<f64>)> = weighed.collect();
+        let weighed: Vec<(Vec<(usize, f64)>, f64, Vector3<f64>)> = weighed.collect();
         if weighed.is_empty() {
             let [x, y, z] = place;
             return Err(self.no_nodes(format!("x = {x:.4} m, y = {y:.4} m, z = {z:.4} m")));
@@ -334,9 +379,11 @@ impl ElasticBody {
         let moments = weighed.iter().fold(Matrix3::zeros(), |sum, (_, w, p)| sum + p * p.transpose() * *w);
         let factors =
             moments.pseudo_inverse(ON_A_LINE * moments.amax()).unwrap_or_default() * Vector3::new(1.0, 0.0, 0.0);
-        let weights: Vec<(usize, f64)> = weighed.iter().map(|(row, w, p)| (*row, w * factors.dot(p))).collect();
-        let sum: f64 = weights.iter().map(|(_, weight)| weight).sum();
-        Ok(weights.into_iter().map(|(row, weight)| (row, weight / sum)).collect())
+        let weights: Vec<f64> = weighed.iter().map(|(_, w, p)| w * factors.dot(p)).collect();
+        let sum: f64 = weights.iter().sum();
+        let shares = weighed.iter().zip(weights);
+        let shares = shares.flat_map(|((rows, ..), w)| rows.iter().map(move |(row, along)| (*row, along * (w / sum))));
+        Ok(shares.collect())
     }
 
     fn no_nodes(&self, place: String) -> StructureError {
@@ -382,7 +429,7 @@ fn rigid_motions(model: &FeModel, centre: [f64; 3], rows: &[u32]) -> Option<DMat
 
 /// The rigid motions that move nodes vertically, orthonormal as those that they are made of. Vertical forces do not excite the others.
 fn heaving(nodes: &[Node], rows: &[u32], rigid: &DMatrix<f64>) -> DMatrix<f64> {
-    let vertical: HashSet<usize> = nodes.iter().map(|node| node.row).collect();
+    let vertical: HashSet<usize> = nodes.iter().filter_map(|node| node.rows[VERTICAL]).collect();
     let picked: Vec<usize> = (0..rows.len()).filter(|at| vertical.contains(&(rows[*at] as usize))).collect();
     let picked = rigid.select_rows(&picked);
     let eigen = SymmetricEigen::new(picked.transpose() * &picked);
@@ -391,12 +438,18 @@ fn heaving(nodes: &[Node], rows: &[u32], rigid: &DMatrix<f64>) -> DMatrix<f64> {
     rigid * eigen.eigenvectors.select_columns(&moving)
 }
 
-/// Nodes that have a vertical row and a place, from the centre of mass.
-fn vertical_nodes(model: &FeModel, centre: [f64; 3]) -> Vec<Node> {
-    let labels = model.labels().iter().enumerate().filter(|(_, label)| label.dof == VERTICAL);
-    let nodes = labels.filter_map(|(row, label)| {
-        let place = model.positions_m().get(&label.node)?;
-        Some(Node { place_m: [0, 1, 2].map(|axis| place[axis] - centre[axis]), row })
-    });
-    nodes.filter(|node| model.carries(node.row)).collect()
+/// Nodes that have a displacement and a place, from the centre of mass, in the order of their first rows.
+fn nodes(model: &FeModel, centre: [f64; 3]) -> Vec<Node> {
+    let mut nodes: Vec<Node> = Vec::new();
+    let mut known: HashMap<i64, usize> = HashMap::new();
+    let rows = model.labels().iter().enumerate().filter(|(row, label)| label.dof <= VERTICAL && model.carries(*row));
+    for (row, label) in rows {
+        let Some(place) = model.positions_m().get(&label.node) else { continue };
+        let at = *known.entry(label.node).or_insert_with(|| {
+            nodes.push(Node { place_m: [0, 1, 2].map(|axis| place[axis] - centre[axis]), rows: [None; 3] });
+            nodes.len() - 1
+        });
+        nodes[at].rows[label.dof] = Some(row);
+    }
+    nodes
 }

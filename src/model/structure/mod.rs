@@ -53,7 +53,7 @@ mod truncated_modes;
 
 pub use attached::RigidMass;
 pub use cache::{CACHE_FOLDER, CacheOutcome, cache_path, reduce_files};
-pub use elastic::{BodyModes, BodyPoint, ElasticBody, ElasticSettings, LOCAL_HZ, Side};
+pub use elastic::{BodyModes, BodyPoint, DirectedPoint, ElasticBody, ElasticSettings, LOCAL_HZ, Side};
 pub use error::StructureError;
 pub use import::{ExportFormat, MatrixFile, MatrixFormat, ModelFiles, Units, write_model};
 pub use label::DofLabel;

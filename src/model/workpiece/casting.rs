@@ -5,6 +5,7 @@ use serde::Serialize;
 
 use super::elastic::CastingStructureEntry;
 use super::pad::{Pad, PadMaterial};
+use crate::direction::{DOWN, across, unit};
 use crate::parameter::parameters;
 
 parameters! {
@@ -36,10 +37,18 @@ parameters! {
         }
         /// Point where the fixture holds the casting, x and y from the casting's centre of mass.
         pub at_m: [f64; 2], "m", [finite] usual [-10, 10], "default: above its interface point";
+        /// Height of that point above the casting's centre of mass. It matters only where fixtures, hammers or gravity act sideways.
+        pub height_m: f64, "m", [finite] usual [-10, 10], "default: the height of its interface point";
+        /// Direction in world axes (x forward, y lateral, z up) in which it is pressed. A clamp presses along it. Its length does not matter.
+        pub axis: [f64; 3] = DOWN, "1", [finite], "vertical, downwards";
         /// Stiffness `k_T`.
         pub stiffness_n_per_m: f64 = 3e7, "N/m", [> 0] usual [1e5, 1e11], "the paper's rig";
         /// Damping `c_T`.
         pub damping_n_s_per_m: f64 = 4000.0, "N s/m", [>= 0] usual [0, 1e6], "the paper's rig";
+        /// Stiffness across its axis: along x and y for a vertical one, see `decore help directions`.
+        pub lateral_stiffness_n_per_m: [f64; 2] = [0.0, 0.0], "N/m", [>= 0] usual [0, 1e11], "it holds along its axis only";
+        /// Damping across its axis.
+        pub lateral_damping_n_s_per_m: [f64; 2] = [0.0, 0.0], "N s/m", [>= 0] usual [0, 1e6], "none";
         /// Whether it only pushes, like a pad: `F = max(0, F_0 + k_T d + c_T d')`, d the approach since rest, `F_0` its share of the
         /// casting's weight and of the clamps. The casting lifts off where F reaches 0.
         pub one_sided: bool = false, "", [choice], "false";
@@ -73,7 +82,8 @@ pub struct Elastic {
 parameters! {
     /// A casting with the fixtures that carry it.
     ///
-    /// The point (x, y) of a rigid casting moves by `z + y tx - x ty`. An elastic one moves by the modes of its finite element model.
+    /// A rigid casting has only the freedoms that its scene needs. If all strikes and fixtures are vertical, its point (x, y) moves by
+    /// `z + y tx - x ty`. An elastic casting moves by the modes of its finite element model.
     pub struct Casting from CastingEntry {
         own {
             /// Name as in the study.
@@ -91,12 +101,20 @@ parameters! {
         }
         /// Centre of mass in the machine's plane, x and y.
         pub centre_m: [f64; 2], "m", [finite] usual [-20, 20], "default: the mean of its fixtures' points";
+        /// Height z of its centre of mass. It matters only where fixtures, hammers or gravity act sideways.
+        pub centre_height_m: f64, "m", [finite] usual [-20, 20], "default: the mean of its fixtures' points";
         /// Extent in x and y, centred.
         pub size_m: Option<[f64; 2]>, "m", [> 0] usual [0.01, 10], "default: unlimited, no hammer can miss it";
         /// Moments of inertia about x (rotation `tx`, driven by offsets in y) and y (rotation `ty`, driven by offsets in x).
         pub inertia_kg_m2: Option<[f64; 2]>, "kg m2", [> 0] usual [1e-6, 1e4], "needed only where it can rotate (struck, held or measured off its centre)";
+        /// Moment of inertia about z.
+        pub inertia_z_kg_m2: Option<f64>, "kg m2", [> 0] usual [1e-6, 1e4], "needed only where it can rotate about z (struck or held sideways)";
         /// Point whose velocity is reported too, x and y from the centre of mass.
         pub measuring_point_m: Option<[f64; 2]>, "m", [finite] usual [-10, 10], "default: at the centre only";
+        /// Height of that point above the centre of mass. It matters only for a `measuring_axis` that is not vertical.
+        pub measuring_height_m: f64 = 0.0, "m", [finite] usual [-10, 10], "at the height of the centre of mass";
+        /// Direction along which its velocities are measured: at the centre of mass, at the measuring point, at core points.
+        pub measuring_axis: Option<[f64; 3]>, "1", [finite], "default: the strike axis of the first hammer that strikes it";
         typed_last {
             /// Fixtures by name; at least one.
             pub fixture: IndexMap<String, FixtureEntry>,
@@ -114,7 +132,30 @@ parameters! {
 }
 
 impl Fixture {
-    /// Stiffness in N/m and damping in N s/m with which it acts.
+    /// Directions in which it can hold: its axis, then two across it.
+    pub fn axes(&self) -> [[f64; 3]; 3] {
+        let axis = unit(self.axis);
+        let [first, second] = across(axis);
+        [axis, first, second]
+    }
+
+    /// Indices of the [`Self::axes`] in which it holds.
+    pub fn held_axes(&self) -> impl Iterator<Item = usize> {
+        let lateral = (0..2).filter(|axis| self.lateral_spring(*axis) != [0.0, 0.0]).map(|axis| 1 + axis);
+        std::iter::once(0).chain(lateral)
+    }
+
+    /// Stiffness in N/m and damping in N s/m in one of the two directions across its axis.
+    pub fn lateral_spring(&self, axis: usize) -> [f64; 2] {
+        [self.lateral_stiffness_n_per_m[axis], self.lateral_damping_n_s_per_m[axis]]
+    }
+
+    /// Point that it holds, from the casting's centre of mass.
+    pub fn place_m(&self) -> [f64; 3] {
+        [self.at_m[0], self.at_m[1], self.height_m]
+    }
+
+    /// Stiffness in N/m and damping in N s/m with which it acts along its axis.
     pub fn spring(&self) -> [f64; 2] {
         if self.clamp_force_n > 0.0 {
             [self.clamp_stiffness_n_per_m, 0.0]
@@ -125,6 +166,16 @@ impl Fixture {
 }
 
 impl Casting {
+    /// Centre of mass in world axes.
+    pub fn centre_place_m(&self) -> [f64; 3] {
+        [self.centre_m[0], self.centre_m[1], self.centre_height_m]
+    }
+
+    /// Measuring point from the centre of mass; the centre itself where none is chosen.
+    pub fn measured_place_m(&self) -> [f64; 3] {
+        self.measuring_point_m.map_or([0.0; 3], |[x, y]| [x, y, self.measuring_height_m])
+    }
+
     /// Whether some of its fixtures only push.
     pub fn lies(&self) -> bool {
         self.fixtures.iter().any(|fixture| fixture.one_sided)

@@ -1,18 +1,20 @@
 //! Rotations that a casting needs, and the check that its fixtures hold it.
 
-use super::casting::Casting;
+use super::casting::{Casting, Fixture};
 
 /// Reason why a casting cannot be simulated.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
 pub enum WorkpieceError {
     /// A rotation is active, but no inertia is given.
     #[error(
-        "casting `{casting}` is struck or held off its centre, so it rotates: its inertia is needed \
-         (`inertia_kg_m2 = [about x, about y]`)"
+        "casting `{casting}` is struck or held off its centre, so it rotates: its inertia is needed ({})",
+        if *about_z { "`inertia_z_kg_m2`" } else { "`inertia_kg_m2 = [about x, about y]`" }
     )]
     MissingInertia {
         /// Name of the casting.
         casting: String,
+        /// Whether it is its inertia about z.
+        about_z: bool,
     },
     /// The fixtures leave a motion free.
     #[error(
@@ -33,58 +35,92 @@ pub const OFFSET_TOLERANCE_M: f64 = 1e-9;
 /// Smallest pivot, relative to the largest entry, of a casting that counts as held.
 const PIVOT_TOLERANCE: f64 = 1e-9;
 
+/// Freedoms of a rigid casting: shifts along x, y and z, rotations about them.
+pub const FREEDOMS: usize = 6;
+
+/// Names of these.
+const NAMES: [&str; FREEDOMS] = [
+    "motion along x",
+    "motion along y",
+    "heave",
+    "rotation tx about x",
+    "rotation ty about y",
+    "rotation tz about z",
+];
+
+/// Motion of a point of a casting along a direction.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Motion {
+    /// The point from the centre of mass, m.
+    pub at_m: [f64; 3],
+    /// Unit vector.
+    pub direction: [f64; 3],
+}
+
+impl Motion {
+    /// Motion per freedom: with the direction d, the point r and an axis e, `-d e` for a shift and `-d (e x r)` for a rotation. The signs
+    /// make the shift along z a motion downwards, as vertical strikes count it: then this is `1, y, -x` for heave, tx and ty.
+    pub fn per_freedom(&self) -> [f64; FREEDOMS] {
+        let ([dx, dy, dz], [x, y, z]) = (self.direction, self.at_m);
+        [-dx, -dy, -dz, dy * z - dz * y, dz * x - dx * z, dx * y - dy * x]
+    }
+}
+
 impl Casting {
-    /// Rotations that the casting needs, `[tx, ty]`.
-    ///
-    /// `tx` (about x) is needed when a strike point, a fixture, a core or the measuring point has an offset in y, `ty` when one
-    /// has an offset in x; offsets up to [`OFFSET_TOLERANCE_M`] count as zero. `strike_points`: all points in m, from the
-    /// casting's centre of mass, at which hammers strike it.
-    pub fn active_rotations(&self, strike_points: &[[f64; 2]]) -> [bool; 2] {
-        let offset = |axis: usize| {
-            self.fixtures
-                .iter()
-                .map(|fixture| &fixture.at_m)
-                .chain(strike_points)
-                .chain(&self.measuring_point_m)
-                .map(|point| point[axis])
-                .chain(self.cores.iter().map(|core| core.at_m[axis]))
-                .any(|offset| offset.abs() > OFFSET_TOLERANCE_M)
-        };
-        [offset(1), offset(0)]
+    /// Freedoms that the casting needs: those by which one of these points moves in its direction. Offsets up to [`OFFSET_TOLERANCE_M`]
+    /// and shares of a direction up to as much count as zero.
+    pub fn freedoms(&self, motions: &[Motion]) -> [bool; FREEDOMS] {
+        let moved = motions.iter().map(|motion| motion.per_freedom().map(|lever| lever.abs() > OFFSET_TOLERANCE_M));
+        moved.fold([false; FREEDOMS], |all, moved| std::array::from_fn(|freedom| all[freedom] || moved[freedom]))
     }
 
-    /// Checks that the casting can be simulated with heave and the `active` rotations `[tx, ty]`.
+    /// Moments of inertia about x, y, z in kg m2; `None` for an unknown one.
+    pub fn moments_kg_m2(&self) -> [Option<f64>; 3] {
+        let [x, y] = self.inertia_kg_m2.map_or([None; 2], |moments| moments.map(Some));
+        [x, y, self.inertia_z_kg_m2]
+    }
+
+    /// Motions along which its fixtures hold it.
+    pub fn holds(&self) -> impl Iterator<Item = Motion> {
+        let held = |fixture: &Fixture, axis: usize| match axis {
+            0 => fixture.spring()[0] > 0.0,
+            _ => fixture.lateral_spring(axis - 1)[0] > 0.0,
+        };
+        self.fixtures.iter().flat_map(move |fixture| {
+            let axes = fixture.axes();
+            let held = fixture.held_axes().filter(move |axis| held(fixture, *axis));
+            held.map(move |axis| Motion { at_m: fixture.place_m(), direction: axes[axis] })
+        })
+    }
+
+    /// Checks that the casting can be simulated with the `active` freedoms.
     ///
-    /// The sum of `b b'` over the fixtures, `b = (1, y, -x)` restricted to the active coordinates, must be positive definite:
-    /// otherwise the casting could spin (or drift) freely on its fixtures, however stiff they are.
+    /// The sum of `b b'` over the motions that are held, b the motion per active freedom, must be positive definite: otherwise the
+    /// casting could spin (or drift) freely on its fixtures, however stiff they are.
     ///
     /// # Errors
-    /// [`WorkpieceError::MissingInertia`] if a rotation is active and there is no inertia,
+    /// [`WorkpieceError::MissingInertia`] if a rotation is active and its inertia is not given,
     /// [`WorkpieceError::Unrestrained`] if the fixtures leave a motion free.
-    pub fn check_restraint(&self, active: [bool; 2]) -> Result<(), WorkpieceError> {
-        if active != [false, false] && self.inertia_kg_m2.is_none() && self.elastic.is_none() {
-            return Err(WorkpieceError::MissingInertia { casting: self.name.clone() });
+    pub fn check_restraint(&self, active: [bool; FREEDOMS]) -> Result<(), WorkpieceError> {
+        let lacks = |about: usize| active[3 + about] && self.elastic.is_none() && self.moments_kg_m2()[about].is_none();
+        if let Some(about) = (0..3).find(|about| lacks(*about)) {
+            return Err(WorkpieceError::MissingInertia { casting: self.name.clone(), about_z: about == 2 });
         }
-        match free_motion(&self.hold(), [true, active[0], active[1]]) {
+        match free_motion(&self.hold(), active) {
             None => Ok(()),
-            Some(motion) => Err(WorkpieceError::Unrestrained {
-                casting: self.name.clone(),
-                motion: ["heave", "rotation tx about x", "rotation ty about y"][motion],
-            }),
+            Some(motion) => Err(WorkpieceError::Unrestrained { casting: self.name.clone(), motion: NAMES[motion] }),
         }
     }
 
-    /// Sum of `b b'` over (heave, tx, ty), rotations scaled by the largest offset. Stiffnesses are left out: they do not decide which
+    /// Sum of `b b'` over all freedoms, rotations scaled by the largest offset. Stiffnesses are left out: they do not decide which
     /// motions are held, and a stiffness of 1e25 N/m would hide the others by rounding.
-    fn hold(&self) -> [[f64; 3]; 3] {
-        let length = self
-            .fixtures
-            .iter()
-            .flat_map(|fixture| fixture.at_m)
-            .fold(OFFSET_TOLERANCE_M, |longest, offset| longest.max(offset.abs()));
-        let mut matrix = [[0.0; 3]; 3];
-        for fixture in self.fixtures.iter().filter(|fixture| fixture.spring()[0] > 0.0) {
-            let row = [1.0, fixture.at_m[1] / length, -fixture.at_m[0] / length];
+    fn hold(&self) -> [[f64; FREEDOMS]; FREEDOMS] {
+        let offsets = self.holds().flat_map(|motion| motion.at_m);
+        let length = offsets.fold(OFFSET_TOLERANCE_M, |longest, offset| longest.max(offset.abs()));
+        let mut matrix = [[0.0; FREEDOMS]; FREEDOMS];
+        for motion in self.holds() {
+            let mut row = motion.per_freedom();
+            row[3..].iter_mut().for_each(|lever| *lever /= length);
             for (i, line) in matrix.iter_mut().enumerate() {
                 for (j, entry) in line.iter_mut().enumerate() {
                     *entry += row[i] * row[j];
@@ -96,10 +132,10 @@ impl Casting {
 }
 
 /// First active coordinate whose pivot in a Cholesky elimination is not positive; `None` for a positive definite matrix.
-fn free_motion(hold: &[[f64; 3]; 3], active: [bool; 3]) -> Option<usize> {
+fn free_motion(hold: &[[f64; FREEDOMS]; FREEDOMS], active: [bool; FREEDOMS]) -> Option<usize> {
     let mut matrix = *hold;
-    let largest = (0..3).fold(0.0_f64, |largest, i| largest.max(matrix[i][i]));
-    for pivot in (0..3).filter(|&i| active[i]) {
+    let largest = (0..FREEDOMS).fold(0.0_f64, |largest, i| largest.max(matrix[i][i]));
+    for pivot in (0..FREEDOMS).filter(|&i| active[i]) {
         let value = matrix[pivot][pivot];
         // Written so that a NaN counts as free.
         let held = value > PIVOT_TOLERANCE * largest;
@@ -120,7 +156,18 @@ fn free_motion(hold: &[[f64; 3]; 3], active: [bool; 3]) -> Option<usize> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::workpiece::Fixture;
+    use crate::direction::DOWN;
+
+    const FIXED: [bool; 6] = [false, false, true, false, false, false];
+
+    /// Heave and some of the rotations about x and y.
+    fn heave([x, y]: [bool; 2]) -> [bool; 6] {
+        [false, false, true, x, y, false]
+    }
+
+    fn vertical(at: [f64; 2]) -> Motion {
+        Motion { at_m: [at[0], at[1], 0.3], direction: DOWN }
+    }
 
     fn casting(fixtures: &[[f64; 2]]) -> Casting {
         let fixture = |(i, at): (usize, &[f64; 2])| Fixture {
@@ -139,27 +186,42 @@ mod tests {
     }
 
     #[test]
-    fn rotations_follow_the_offsets() {
-        let centred = casting(&[[0.0, 0.0]]);
-        assert_eq!(centred.active_rotations(&[[0.0, 0.0]]), [false, false]);
-        assert_eq!(centred.active_rotations(&[[1e-17, 0.0]]), [false, false]);
-        assert_eq!(centred.active_rotations(&[[0.0, 0.01]]), [true, false]);
-        assert_eq!(centred.active_rotations(&[[0.01, 0.0]]), [false, true]);
-        assert_eq!(casting(&[[0.1, 0.1]]).active_rotations(&[]), [true, true]);
-        let measured = Casting { measuring_point_m: Some([0.0, 0.05]), ..centred };
-        assert_eq!(measured.active_rotations(&[]), [true, false]);
+    fn freedoms_follow_offsets_and_directions() {
+        let part = casting(&[[0.0, 0.0]]);
+        let needed = |motions: &[Motion]| part.freedoms(motions);
+        assert_eq!(needed(&[vertical([0.0, 0.0])]), FIXED);
+        assert_eq!(needed(&[vertical([1e-17, 0.0])]), FIXED);
+        assert_eq!(needed(&[vertical([0.0, 0.01])]), heave([true, false]));
+        assert_eq!(needed(&[vertical([0.01, 0.0])]), heave([false, true]));
+        assert_eq!(needed(&[vertical([0.0, 0.0]), vertical([0.1, 0.1])]), heave([true, true]));
+        // Along x at a height, it tilts about y; aside, it turns about z.
+        let along_x = |at_m| Motion { at_m, direction: [1.0, 0.0, 0.0] };
+        assert_eq!(needed(&[along_x([0.2, 0.0, 0.1])]), [true, false, false, false, true, false]);
+        assert_eq!(needed(&[along_x([0.2, 0.1, 0.0])]), [true, false, false, false, false, true]);
+    }
+
+    /// The motion of a point by a small rotation, against the cross product of the rotation and the point.
+    #[test]
+    fn motion_per_freedom_is_the_one_of_a_rigid_body() {
+        let motion = Motion { at_m: [0.1, -0.2, 0.3], direction: [0.6, 0.0, -0.8] };
+        let turned = [[0.0, -0.3, -0.2], [0.3, 0.0, -0.1], [0.2, 0.1, 0.0]];
+        let along = |v: [f64; 3]| -crate::direction::dot(v, motion.direction);
+        let found = motion.per_freedom();
+        for (about, moved) in turned.into_iter().enumerate() {
+            assert!((found[3 + about] - along(moved)).abs() < 1e-15, "{about}: {found:?}");
+        }
     }
 
     #[test]
     fn a_single_fixture_holds_heave_only() {
         let single = casting(&[[0.0, 0.0]]);
-        assert_eq!(single.check_restraint([false, false]), Ok(()));
+        assert_eq!(single.check_restraint(heave([false, false])), Ok(()));
         assert!(matches!(
-            single.check_restraint([true, false]),
+            single.check_restraint(heave([true, false])),
             Err(WorkpieceError::Unrestrained { motion: "rotation tx about x", .. })
         ));
         assert!(matches!(
-            single.check_restraint([false, true]),
+            single.check_restraint(heave([false, true])),
             Err(WorkpieceError::Unrestrained { motion: "rotation ty about y", .. })
         ));
     }
@@ -167,28 +229,28 @@ mod tests {
     #[test]
     fn fixtures_in_a_line_leave_the_rotation_about_it() {
         let line = casting(&[[-0.1, 0.0], [0.1, 0.0]]);
-        assert_eq!(line.check_restraint([false, true]), Ok(()));
-        assert!(line.check_restraint([true, true]).is_err());
+        assert_eq!(line.check_restraint(heave([false, true])), Ok(()));
+        assert!(line.check_restraint(heave([true, true])).is_err());
         // Two fixtures on a diagonal hold either rotation alone, never both.
         let diagonal = casting(&[[-0.1, -0.1], [0.1, 0.1]]);
-        assert_eq!(diagonal.check_restraint([true, false]), Ok(()));
-        assert!(diagonal.check_restraint([true, true]).is_err());
+        assert_eq!(diagonal.check_restraint(heave([true, false])), Ok(()));
+        assert!(diagonal.check_restraint(heave([true, true])).is_err());
         let square = casting(&[[-0.1, -0.1], [0.1, -0.1], [-0.1, 0.1], [0.1, 0.1]]);
-        assert_eq!(square.check_restraint([true, true]), Ok(()));
+        assert_eq!(square.check_restraint(heave([true, true])), Ok(()));
     }
 
     #[test]
     fn what_holds_does_not_depend_on_stiffness() {
         let mut square = casting(&[[-0.1, -0.1], [0.1, -0.1], [-0.1, 0.1], [0.1, 0.1]]);
         square.fixtures[0].stiffness_n_per_m = 1e25;
-        assert_eq!(square.check_restraint([true, true]), Ok(()));
+        assert_eq!(square.check_restraint(heave([true, true])), Ok(()));
     }
 
     #[test]
     fn a_rotating_casting_needs_its_inertia() {
         let square = casting(&[[-0.1, -0.1], [0.1, -0.1], [-0.1, 0.1], [0.1, 0.1]]);
         let light = Casting { inertia_kg_m2: None, ..square };
-        assert!(matches!(light.check_restraint([true, false]), Err(WorkpieceError::MissingInertia { .. })));
-        assert_eq!(light.check_restraint([false, false]), Ok(()));
+        assert!(matches!(light.check_restraint(heave([true, false])), Err(WorkpieceError::MissingInertia { .. })));
+        assert_eq!(light.check_restraint(heave([false, false])), Ok(()));
     }
 }

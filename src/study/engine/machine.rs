@@ -6,14 +6,12 @@ use std::sync::{Arc, Mutex, OnceLock, PoisonError};
 use crate::{CastingModel, InterfaceDemand, PointTable, StructureSettings, StructureSource};
 use decore_model::scene::{Housings, Location, PartId, PointId, STANDARD, Scene};
 use decore_model::structure::{
-    BodyModes, BodyPoint, Damping, DirectedPoints, ElasticBody, FeModel, InterfacePoints, ModalOptions, ModalTable,
+    BodyModes, Damping, DirectedPoint, DirectedPoints, ElasticBody, FeModel, InterfacePoints, ModalOptions, ModalTable,
     ModeSelection, ModelFiles, ModesAt, ReducedStructure, ReductionSettings, RigidMass, SelectionSettings,
     StructureError, cache_path, reduce, reduce_files,
 };
 use decore_model::system::{InterfaceModes, PlacedModes, Residual};
 
-/// Direction of every strike in the machine's coordinates: vertical, downwards.
-const STRIKE_DIRECTION: [f64; 3] = [0.0, 0.0, -1.0];
 /// Index of the vertical translation among the six DOFs of a point.
 const VERTICAL: usize = 2;
 /// Relative difference of masses that are the same.
@@ -25,8 +23,8 @@ const CACHED_PLACEMENTS: usize = 128;
 
 /// Weighted points in a form that can be compared: names, and the bits of every weight.
 type PointsKey = Vec<(String, u64)>;
-/// Housings of a scene with the bits of their numbers, its points on the structure, and those on elastic castings.
-type PlacementKey = (Vec<(PointsKey, [u64; 7])>, Vec<(PointId, PointsKey)>, Vec<(PointId, String)>);
+/// Housings of a scene with the bits of their numbers, its points on the structure with their directions, and those on elastic castings.
+type PlacementKey = (Vec<(PointsKey, [u64; 10])>, Vec<(PointId, PointsKey, [u64; 3])>, Vec<(PointId, String)>);
 
 /// The reduced machine of a study, shared by all rows.
 #[derive(Debug)]
@@ -79,8 +77,8 @@ struct Placement {
 /// Points of an elastic casting.
 #[derive(Default)]
 struct CastingPoints {
-    driven: Vec<(PointId, BodyPoint)>,
-    watched: Vec<(PointId, BodyPoint)>,
+    driven: Vec<(PointId, DirectedPoint)>,
+    watched: Vec<(PointId, DirectedPoint)>,
 }
 
 /// A structure before its reduction, for the checks of a study.
@@ -265,7 +263,7 @@ impl Machine {
         let mut modes = modes;
         for (casting, CastingPoints { driven, watched }) in &placement.castings {
             let Some(elastic) = self.castings.get(casting) else { continue };
-            let (ids, points): (Vec<PointId>, Vec<BodyPoint>) = driven.iter().chain(watched).copied().unzip();
+            let (ids, points): (Vec<PointId>, Vec<DirectedPoint>) = driven.iter().chain(watched).copied().unzip();
             let BodyModes { omega_rad_s, damping_ratio, rows, residual, watched, local } =
                 elastic.body.at(&points, driven.len()).map_err(|error| named(error, &elastic.name))?;
             let shapes = rows.row_iter().map(|row| row.iter().copied().collect());
@@ -319,7 +317,7 @@ impl Machine {
         let points = scene.points().into_values().filter(|point| point.part == PartId::Machine);
         let (points, rows) = points
             .filter_map(|point| match point.location {
-                Location::Nodes(nodes) => Some((point.id, (nodes, STRIKE_DIRECTION))),
+                Location::Nodes(nodes) => Some((point.id, (nodes, point.direction))),
                 _ => None,
             })
             .unzip();
@@ -328,7 +326,7 @@ impl Machine {
             if let (PartId::Casting(casting), Location::Place(place)) = (point.part, point.location) {
                 let points = castings.entry(casting).or_default();
                 let list = if point.id.is_watched() { &mut points.watched } else { &mut points.driven };
-                list.push((point.id, place));
+                list.push((point.id, (place, point.direction)));
             }
         }
         Placement { bodies, points, rows, castings }
@@ -362,17 +360,21 @@ impl Placement {
     }
 }
 
-/// DOFs that a study's reduction keeps: all six DOFs of every candidate mount, because a housing is added there (only the vertical if
-/// housings are part of the machine), and the vertical of every other point.
+/// DOFs that a study's reduction keeps: all six DOFs of every candidate mount, because a housing is added there (only translations if
+/// housings are part of the machine), and the translations of every other point; of translations only the vertical if all else is
+/// vertical in every row.
 pub fn reduction_settings(settings: &StructureSettings, demand: &InterfaceDemand) -> ReductionSettings {
+    let translations = if demand.sideways { 0..VERTICAL + 1 } else { VERTICAL..VERTICAL + 1 };
     let dofs = match settings.housings {
         Housings::Add => 0..POINT_DOFS,
-        Housings::Included => VERTICAL..VERTICAL + 1,
+        Housings::Included => translations.clone(),
     };
     let mounts = demand.mounts.iter().flat_map(|mount| dofs.clone().map(|dof| (mount.clone(), dof)));
-    let verticals = demand.verticals.iter().map(|point| (point.clone(), VERTICAL));
-    let interface = mounts.chain(verticals).collect();
-    ReductionSettings { interface, fixed_interface_cutoff_hz: settings.fixed_interface_cutoff_hz }
+    let others = demand.others.iter().flat_map(|point| translations.clone().map(|dof| (point.clone(), dof)));
+    ReductionSettings {
+        interface: mounts.chain(others).collect(),
+        fixed_interface_cutoff_hz: settings.fixed_interface_cutoff_hz,
+    }
 }
 
 /// The housings of a scene; one without mass is none.
@@ -386,6 +388,7 @@ fn housings(scene: &Scene) -> Vec<RigidMass> {
                 mass_kg: housing.mass_kg,
                 inertia_kg_m2: housing.inertia_kg_m2,
                 centre_of_mass_m: housing.centre_of_mass_m,
+                axis: hammer.axis(),
             }
         })
         .collect()
@@ -397,9 +400,11 @@ fn key(placement: &Placement) -> PlacementKey {
     };
     let entry = |housing: &RigidMass| {
         let ([j0, j1, j2], [c0, c1, c2]) = (housing.inertia_kg_m2, housing.centre_of_mass_m);
-        (bits(&housing.points), [housing.mass_kg, j0, j1, j2, c0, c1, c2].map(f64::to_bits))
+        let [x, y, z] = housing.axis;
+        (bits(&housing.points), [housing.mass_kg, j0, j1, j2, c0, c1, c2, x, y, z].map(f64::to_bits))
     };
-    let points = placement.points.iter().copied().zip(placement.rows.iter().map(|(points, _)| bits(points)));
+    let points = placement.points.iter().zip(&placement.rows);
+    let points = points.map(|(id, (points, direction))| (*id, bits(points), direction.map(f64::to_bits)));
     // Shortest digits that give the number back: equal texts are equal places.
     let of_castings = placement.castings.values().flat_map(|points| points.driven.iter().chain(&points.watched));
     let of_castings = of_castings.map(|(id, place)| (*id, format!("{place:?}"))).collect();

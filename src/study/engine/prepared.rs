@@ -353,7 +353,7 @@ fn elastic_castings(study: &Study, inputs: &mut BTreeMap<String, String>) -> Res
 
 /// Strikes follow from where points are: the machines of a study have those that it uses at the same places.
 fn same_points(table: &str, demand: &InterfaceDemand, [first, other]: [&PointTable; 2]) -> Result<(), EngineError> {
-    for name in demand.mounts.iter().chain(&demand.verticals) {
+    for name in demand.mounts.iter().chain(&demand.others) {
         let (table, point) = (table.to_owned(), name.clone());
         let (Some(expected), Some(found)) = (first.position(name), other.position(name)) else {
             return Err(EngineError::MissingPoint { table, point });

@@ -1,7 +1,8 @@
-//! Checks that parts on the machine are at their interface points: strikes are vertical, so x and y must agree.
+//! Checks that parts on the machine are at their interface points: across the axis of a strike or a fixture both must agree.
 
 use super::issue::Issue;
 use super::placement::PointTable;
+use decore_model::direction::{dot, is_down, perpendicular};
 use decore_model::scene::HammerUnit;
 use decore_model::workpiece::Casting;
 
@@ -21,14 +22,16 @@ pub(crate) fn check(hammers: &[HammerUnit], castings: &[Casting], points: &Point
     let place = |hammer: &HammerUnit| hammer.mount.position_m(|name| points.position(name));
     for (h, hammer) in hammers.iter().enumerate() {
         let (Some(mount), Some(casting)) = (place(hammer), castings.get(hammer.casting)) else { continue };
-        let strike = [0, 1].map(|axis| casting.centre_m[axis] + hammer.strike_point_m[axis]);
-        if apart(strike, [mount[0], mount[1]]) > AGREEMENT_M {
+        let (centre, point) = (casting.centre_place_m(), hammer.strike_place_m());
+        let strike = [0, 1, 2].map(|axis| centre[axis] + point[axis]);
+        if apart((strike, mount), hammer.axis()) > AGREEMENT_M {
             let message = format!(
-                "hammer `{}` strikes downwards from {}, but its strike point on casting `{}` is at {}: {REMEDY}",
+                "hammer `{}` strikes {} from {}, but its strike point on casting `{}` is at {}: {REMEDY}",
                 hammer.name,
-                words([mount[0], mount[1]]),
+                along(hammer.axis()),
+                words(mount, hammer.axis()),
                 casting.name,
-                words(strike)
+                words(strike, hammer.axis())
             );
             fault(format!("hammer.{}.strike_point_m", hammer.name), message);
         }
@@ -36,7 +39,7 @@ pub(crate) fn check(hammers: &[HammerUnit], castings: &[Casting], points: &Point
             let Some(taken) = place(other) else { continue };
             let between = mount.iter().zip(taken).map(|(a, b)| (a - b) * (a - b)).sum::<f64>().sqrt();
             let least = 0.5 * (hammer.parameters.telescope.bore_m + other.parameters.telescope.bore_m);
-            let at = words([mount[0], mount[1]]);
+            let at = words(mount, hammer.axis());
             let wrong = if between <= AGREEMENT_M {
                 format!("stands where hammer `{}` does, at {at}", other.name)
             } else if between < least {
@@ -54,16 +57,17 @@ pub(crate) fn check(hammers: &[HammerUnit], castings: &[Casting], points: &Point
     }
     for casting in castings {
         for fixture in &casting.fixtures {
-            let Some([x, y, _]) = points.position(&fixture.point) else { continue };
-            let held = [0, 1].map(|axis| casting.centre_m[axis] + fixture.at_m[axis]);
-            if apart(held, [x, y]) > AGREEMENT_M {
+            let Some(point) = points.position(&fixture.point) else { continue };
+            let (centre, place, axis) = (casting.centre_place_m(), fixture.place_m(), fixture.axes()[0]);
+            let held = [0, 1, 2].map(|axis| centre[axis] + place[axis]);
+            if apart((held, point), axis) > AGREEMENT_M {
                 let message = format!(
                     "fixture `{}` holds casting `{}` at {}, but its interface point `{}` is at {}: {REMEDY}",
                     fixture.name,
                     casting.name,
-                    words(held),
+                    words(held, axis),
                     fixture.point,
-                    words([x, y])
+                    words(point, axis)
                 );
                 fault(format!("casting.{}.fixture.{}.at_m", casting.name, fixture.name), message);
             }
@@ -72,10 +76,21 @@ pub(crate) fn check(hammers: &[HammerUnit], castings: &[Casting], points: &Point
     issues
 }
 
-fn apart(a: [f64; 2], b: [f64; 2]) -> f64 {
-    libm::hypot(a[0] - b[0], a[1] - b[1])
+/// Distance of two places across an axis.
+fn apart((a, b): ([f64; 3], [f64; 3]), axis: [f64; 3]) -> f64 {
+    let between = perpendicular([0, 1, 2].map(|k| a[k] - b[k]), axis);
+    dot(between, between).sqrt()
 }
 
-fn words([x, y]: [f64; 2]) -> String {
-    format!("({x:.4}, {y:.4}) m")
+fn along(axis: [f64; 3]) -> String {
+    if is_down(&axis) {
+        return "downwards".to_owned();
+    }
+    let [x, y, z] = axis;
+    format!("along ({x:.4}, {y:.4}, {z:.4})")
+}
+
+/// A place; where the axis is vertical, its height does not matter.
+fn words([x, y, z]: [f64; 3], axis: [f64; 3]) -> String {
+    if is_down(&axis) { format!("({x:.4}, {y:.4}) m") } else { format!("({x:.4}, {y:.4}, {z:.4}) m") }
 }

@@ -5,6 +5,7 @@ use super::issue::Issue;
 use super::library::Library;
 use super::placement::{Placed, PlacementError, PointTable, Rail, at_point, on_rail};
 use crate::file::{Geometry, StudyFile};
+use decore_model::direction::{DOWN, perpendicular};
 use decore_model::scene::{
     Guide, HammerEntry, HammerUnit, Method, ModeTreatment, Preset, Scene, SceneProblemKind, SolverEntry,
     SolverSettings, Supply,
@@ -100,21 +101,23 @@ fn casting(name: &str, entry: &CastingEntry, points: &PointTable, issues: &mut V
     let mut places = Vec::new();
     for (fixture, fixture_entry) in &entry.fixture {
         match points.position(&fixture_entry.point) {
-            Some(position) => places.push([position[0], position[1]]),
+            Some(position) => places.push(position),
             None => {
                 let path = format!("casting.{name}.fixture.{fixture}.point");
                 issues.push(unknown_point(path, &fixture_entry.point, points));
             }
         }
     }
-    let centre = entry.centre_m.unwrap_or_else(|| mean(&places));
+    let [mean_x, mean_y, mean_z] = mean(&places);
+    let [x, y] = entry.centre_m.unwrap_or([mean_x, mean_y]);
+    let centre = [x, y, entry.centre_height_m.unwrap_or(mean_z)];
     let known = entry.fixture.iter().filter(|(_, fixture)| points.position(&fixture.point).is_some());
     let fixtures = known.zip(&places).map(|((fixture, fixture_entry), place)| {
         let pad = pad(&format!("casting.{name}.fixture.{fixture}"), fixture_entry).unwrap_or_else(|issue| {
             issues.push(issue);
             None
         });
-        fixture_of(fixture, fixture_entry, pad, [place[0] - centre[0], place[1] - centre[1]])
+        fixture_of(fixture, fixture_entry, pad, [0, 1, 2].map(|axis| place[axis] - centre[axis]))
     });
     let fixtures = fixtures.collect();
     let core = |(core, entry): (&String, &CorePointEntry)| {
@@ -128,19 +131,21 @@ fn casting(name: &str, entry: &CastingEntry, points: &PointTable, issues: &mut V
         fixtures,
         cores: entry.core.iter().map(core).collect(),
         elastic: entry.structure.as_ref().map(elastic),
-        centre_m: centre,
+        centre_m: [x, y],
+        centre_height_m: centre[2],
         ..Casting::default()
     })
 }
 
-fn fixture_of(name: &str, entry: &FixtureEntry, pad: Option<Pad>, above: [f64; 2]) -> Fixture {
+fn fixture_of(name: &str, entry: &FixtureEntry, pad: Option<Pad>, [x, y, z]: [f64; 3]) -> Fixture {
     let default = Fixture::default();
     let [stiffness_n_per_m, damping_n_s_per_m] = pad.map_or(default.spring(), |pad| pad.spring());
     entry.over(Fixture {
         name: name.to_string(),
         point: entry.point.clone(),
         pad,
-        at_m: above,
+        at_m: [x, y],
+        height_m: z,
         stiffness_n_per_m,
         damping_n_s_per_m,
         ..default
@@ -170,9 +175,9 @@ fn pad(path: &str, entry: &FixtureEntry) -> Result<Option<Pad>, Issue> {
     }
 }
 
-fn mean(places: &[[f64; 2]]) -> [f64; 2] {
+fn mean(places: &[[f64; 3]]) -> [f64; 3] {
     let count = places.len().max(1) as f64;
-    [0, 1].map(|axis| places.iter().map(|place| place[axis]).sum::<f64>() / count)
+    [0, 1, 2].map(|axis| places.iter().map(|place| place[axis]).sum::<f64>() / count)
 }
 
 fn unknown_point(path: String, point: &str, points: &PointTable) -> Issue {
@@ -202,8 +207,10 @@ impl HammerResolver<'_> {
         let (Some(placed), Some(casting), Some(parameters)) = (placed, casting, parameters) else {
             return None;
         };
-        let centre = self.castings.get(casting).map_or([0.0; 2], |casting| casting.centre_m);
-        let below = [placed.position[0] - centre[0], placed.position[1] - centre[1]];
+        let centre = self.castings.get(casting).map_or([0.0; 3], Casting::centre_place_m);
+        // Where its axis passes the centre of mass.
+        let mount = [0, 1, 2].map(|axis| placed.position[axis] - centre[axis]);
+        let [x, y, z] = perpendicular(mount, entry.strike_axis.unwrap_or(DOWN));
         let supply = entry.supply_bar.map_or_else(Supply::default, |supply_bar| Supply { supply_bar });
         Some(entry.over(HammerUnit {
             name: self.name.to_string(),
@@ -211,7 +218,8 @@ impl HammerResolver<'_> {
             supply_pressure_pa: supply.pressure_pa(&self.file.environment),
             mount: placed.mount,
             casting,
-            strike_point_m: below,
+            strike_point_m: [x, y],
+            strike_height_m: z,
             ..HammerUnit::default()
         }))
     }

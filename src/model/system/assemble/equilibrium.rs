@@ -7,6 +7,7 @@
 use nalgebra::{DMatrix, DVector};
 
 use super::BuildError;
+use crate::direction::unit;
 use crate::scene::{Link, LinkLaw, Location, Owner, Part, Scene};
 use crate::system::model::CoupledModel;
 
@@ -52,7 +53,9 @@ pub(super) fn share_loads(scene: &Scene, links: &mut [Link]) -> Result<(), Build
         let part = scene.rigid_casting(index)?;
         let Part::Rigid(freedoms) = &part else { continue };
         let mut load = DVector::zeros(freedoms.len());
-        load[0] = casting.mass_kg * scene.environment.gravity_m_s2;
+        let weight_n = casting.mass_kg * scene.environment.gravity_m_s2;
+        let falls = part.row(&Location::Offset([0.0; 3]), unit(scene.environment.gravity_axis));
+        falls.into_iter().for_each(|(freedom, share)| load[freedom] = weight_n * share);
         let mut carriers = Vec::new();
         for link in links.iter_mut() {
             let Owner::Fixture(fixture) = link.owner else { continue };
@@ -61,10 +64,12 @@ pub(super) fn share_loads(scene: &Scene, links: &mut [Link]) -> Result<(), Build
             }
             let held = &casting.fixtures[fixture.fixture];
             let mut row = DVector::zeros(freedoms.len());
-            part.row(&Location::Offset(held.at_m)).into_iter().for_each(|(freedom, lever)| row[freedom] = lever);
-            match held.clamp_force_n {
-                0.0 => carriers.push(carrier(link, row)),
-                force_n => load.axpy(force_n, &row, 1.0),
+            let along = part.row(&Location::Offset(held.place_m()), held.axes()[fixture.axis]);
+            along.into_iter().for_each(|(freedom, lever)| row[freedom] = lever);
+            if fixture.axis == 0 && held.clamp_force_n > 0.0 {
+                load.axpy(held.clamp_force_n, &row, 1.0);
+            } else {
+                carriers.push(carrier(link, row));
             }
         }
         let u = settle(&mut carriers, &load).ok_or_else(|| BuildError::NoRest { casting: casting.name.clone() })?;

@@ -199,7 +199,7 @@ fn points(scene: &Scene, parts: (&[(PartId, Part)], &[CoupledPart]), placed: &Pl
             continue;
         }
         for point in all.values().filter(|point| point.part == *id) {
-            let row = part.row(&point.location).into_iter();
+            let row = part.row(&point.location, point.direction).into_iter();
             let row = row.map(|(freedom, coefficient)| (columns.start + freedom, coefficient));
             points.0.insert(point.id, row.collect());
         }
@@ -280,7 +280,7 @@ mod tests {
     const MOUNT: PointId = PointId::Mount { hammer: 0 };
 
     fn support(fixture: usize) -> PointId {
-        PointId::Support(FixtureId { casting: 0, fixture })
+        PointId::Support(FixtureId { casting: 0, fixture, axis: 0 })
     }
 
     /// One hammer that strikes a casting on four fixtures off its centre; three modes, the last of which moves nothing.
