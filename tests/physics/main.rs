@@ -13,6 +13,7 @@ mod audit;
 #[path = "../common/mod.rs"]
 mod common;
 mod contacts;
+mod directions;
 mod elastic;
 mod fixed_step_rig;
 mod fragile;

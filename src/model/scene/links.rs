@@ -213,6 +213,17 @@ pub enum LinkLaw {
     },
 }
 
+/// Friction of a pad in its plane: `mu F tanh(|v| / v_s)` against the velocity v across its axis, F the force along it.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Friction {
+    /// The pad, along its axis.
+    pub pad: FixtureId,
+    /// Coefficient `mu`.
+    pub coefficient: f64,
+    /// Speed `v_s`.
+    pub speed_m_s: f64,
+}
+
 /// Two points joined by a law.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Link {
@@ -465,6 +476,18 @@ impl Scene {
     pub fn links(&self) -> Vec<Link> {
         let hammers = (0..self.hammers.len()).flat_map(|hammer| self.links_of_hammer(hammer));
         hammers.chain(self.holds().map(|(id, fixture)| self.link_of_fixture(id, fixture))).collect()
+    }
+
+    /// Friction of all pads that hold in both directions across their axes.
+    pub fn frictions(&self) -> Vec<Friction> {
+        let slides = |fixture: &Fixture| fixture.one_sided && fixture.held_axes().count() == 3;
+        let pads = self.fixtures().filter(|(_, fixture)| slides(fixture));
+        let friction = |(pad, fixture): (FixtureId, &Fixture)| Friction {
+            pad,
+            coefficient: fixture.friction,
+            speed_m_s: fixture.friction_speed_m_s,
+        };
+        pads.map(friction).collect()
     }
 
     fn link_of_fixture(&self, id: FixtureId, fixture: &Fixture) -> Link {

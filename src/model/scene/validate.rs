@@ -193,6 +193,8 @@ fn check_kind(checks: &mut Checks, prefix: &str, (casting, fixture): (&Casting, 
         path("material"),
         "needs no `clamp_force_n`: a clamp presses without a pad",
     );
+    let message = "needs a pad (`one_sided = true`), on which the casting slides";
+    checks.rule(pads || fixture.friction == 0.0, path("friction"), message);
     checks.rule(!(clamps && pads), path("clamp_force_n"), "needs `one_sided = false`: a pad carries, a clamp presses");
     let message =
         "needs a fixture with `one_sided = true` onto which it presses: other fixtures hold the casting without it";

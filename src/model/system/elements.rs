@@ -10,7 +10,7 @@ use nalgebra::{DMatrix, DVector};
 use sprs::{CsMat, TriMat};
 
 use crate::contact::ContactLaw;
-use crate::scene::{Link, LinkLaw, Owner};
+use crate::scene::{FixtureId, Friction, Link, LinkLaw, Owner};
 use crate::system::placed::Residual;
 use crate::system::points::{PointRow, Points};
 
@@ -38,12 +38,26 @@ pub struct Contact {
     pub rest_force_n: f64,
 }
 
+/// Friction of a pad, on rows that the elements have.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Sliding {
+    /// Contact whose force presses.
+    pub contact: usize,
+    /// Springs in the two directions across its axis; they may have no stiffness.
+    pub springs: [usize; 2],
+    /// Coefficient `mu`.
+    pub coefficient: f64,
+    /// Speed `v_s` in m/s.
+    pub speed_m_s: f64,
+}
+
 /// All elements of a coupled system.
 #[derive(Debug, Clone)]
 pub struct Elements {
     rows: CsMat<f64>,
     springs: Vec<Spring>,
     contacts: Vec<Contact>,
+    frictions: Vec<Sliding>,
     /// Springs in series with the residual flexibility of elastic parts; `None` without any.
     series: Option<Series>,
     flexibilities: Vec<LinkFlexibility>,
@@ -193,7 +207,26 @@ impl Elements {
                 matrix.add_triplet(index, column, coefficient);
             }
         }
-        Self { rows: matrix.to_csr(), springs, contacts, series: None, flexibilities: Vec::new() }
+        Self {
+            rows: matrix.to_csr(),
+            springs,
+            contacts,
+            frictions: Vec::new(),
+            series: None,
+            flexibilities: Vec::new(),
+        }
+    }
+
+    /// Adds the friction of pads.
+    pub(super) fn with_frictions(mut self, frictions: &[Friction]) -> Self {
+        let spring = |id: FixtureId| self.springs.iter().position(|spring| spring.owner == Owner::Fixture(id));
+        let sliding = |Friction { pad, coefficient, speed_m_s }: &Friction| {
+            let contact = self.contact_of(Owner::Fixture(*pad))?;
+            let springs = [spring(FixtureId { axis: 1, ..*pad })?, spring(FixtureId { axis: 2, ..*pad })?];
+            Some(Sliding { contact, springs, coefficient: *coefficient, speed_m_s: *speed_m_s })
+        };
+        self.frictions = frictions.iter().filter_map(sliding).collect();
+        self
     }
 
     /// Puts the elements in series with the residual flexibility of elastic parts. Each part has the column of its first point, and R
@@ -306,6 +339,11 @@ impl Elements {
     /// The contacts; a contact's index here is its guard's index.
     pub fn contacts(&self) -> &[Contact] {
         &self.contacts
+    }
+
+    /// Friction of the pads.
+    pub fn frictions(&self) -> &[Sliding] {
+        &self.frictions
     }
 
     /// Index of the contact of an owner, its first if it has several.

@@ -24,6 +24,7 @@ pub struct Shape {
     books: Vec<Books>,
     columns: Vec<usize>,
     begins: Vec<usize>,
+    slides: Vec<(usize, [usize; 2])>,
     laws: Vec<Discriminant<ContactLaw>>,
 }
 
@@ -61,6 +62,7 @@ impl Shape {
             books: springs.chain(contacts).map(|owner| model.books(owner)).collect(),
             columns: elements.matrix().indices().to_vec(),
             begins: elements.matrix().indptr().raw_storage().to_vec(),
+            slides: elements.frictions().iter().map(|sliding| (sliding.contact, sliding.springs)).collect(),
             laws: elements.contacts().iter().map(|contact| discriminant(&contact.law)).collect(),
         }
     }

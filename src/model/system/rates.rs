@@ -14,7 +14,7 @@ use crate::system::discrete::Discrete;
 use crate::system::layout::{CastingQuadrature, HammerQuadrature, Layout};
 use crate::system::model::{Books, CoupledModel};
 use crate::system::products::{clear, copy, put_all};
-use decore_math::number::{Lanes, Mask, Number, in_lanes};
+use decore_math::number::{Lanes, Mask, Number, in_lanes, tanh};
 
 /// Sums over one right-hand side.
 struct Power<R> {
@@ -55,6 +55,15 @@ struct Contact<R: Number> {
     closed: R::Mask,
 }
 
+/// Friction of a pad of each lane.
+#[derive(Debug, Clone, Copy)]
+struct Sliding<R> {
+    contact: usize,
+    springs: [usize; 2],
+    coefficient: R,
+    speed_m_s: R,
+}
+
 /// Rows of elements over the columns: the pattern, and the coefficients of each lane.
 ///
 /// Copied out of the matrix of sprs that [`crate::system::Elements`] assembles: its products take one number per entry and one vector,
@@ -68,6 +77,13 @@ struct ElementRows<R> {
 }
 
 impl<R: Number> ElementRows<R> {
+    /// The entries of a row.
+    #[inline(always)]
+    fn at(&self, row: usize) -> RowEntries<'_, R> {
+        let own = self.begins[row]..self.begins[row + 1];
+        RowEntries { columns: &self.columns[own.clone()], coefficients: &self.coefficients[own] }
+    }
+
     /// The rows from row `first` on, each with its entries.
     #[inline(always)]
     fn from(&self, first: usize) -> impl Iterator<Item = RowEntries<'_, R>> {
@@ -126,6 +142,7 @@ pub(super) struct Rates<R: Number> {
     /// Columns of the machine, on which contacts act through fixtures in series with a residual flexibility.
     machine: Range<usize>,
     contacts: Vec<Contact<R>>,
+    frictions: Vec<Sliding<R>>,
     hammers: Vec<Hammer<R>>,
     /// Masses of the rigid coordinates of all parts, side by side.
     inverse_mass: Vec<R>,
@@ -163,6 +180,14 @@ impl<R: Number> Rates<R> {
             elongations: vec![[zero; 2]; model.elements.springs().len()],
             machine: model.columns(PartId::Machine),
             contacts: model.elements.contacts().iter().map(|contact| Contact::like(contact, model)).collect(),
+            frictions: (model.elements.frictions().iter())
+                .map(|sliding| Sliding {
+                    contact: sliding.contact,
+                    springs: sliding.springs,
+                    coefficient: zero,
+                    speed_m_s: zero,
+                })
+                .collect(),
             hammers: (model.hammers.iter())
                 .map(|slot| Hammer {
                     bodies: slot.points,
@@ -212,6 +237,10 @@ impl<R: Number> Rates<R> {
             own.offset_m.put(lane, &contact.offset_m);
             own.rest_force_n.put(lane, &contact.rest_force_n);
             own.loaded |= contact.rest_force_n != 0.0;
+        }
+        for (own, sliding) in self.frictions.iter_mut().zip(elements.frictions()) {
+            own.coefficient.put(lane, &sliding.coefficient);
+            own.speed_m_s.put(lane, &sliding.speed_m_s);
         }
         for (own, slot) in self.hammers.iter_mut().zip(&model.hammers) {
             own.constants.put(lane, slot.model.constants());
@@ -266,6 +295,7 @@ impl<R: Number> Rates<R> {
         clear(&mut self.force);
         self.hammers(y, rate, &mut power);
         self.elements(rate, &mut power);
+        self.frictions(rate, &mut power);
         self.accelerations(y, rate, &mut power);
         rate[self.layout.work_in()] = power.put_in;
         rate[self.layout.dissipated()] = power.dissipated;
@@ -383,6 +413,42 @@ impl<R: Number> Rates<R> {
                     rate[layout.casting_quadrature(casting, CastingQuadrature::FixtureLoss)] += loss;
                     let carried = force * velocity[support];
                     rate[layout.casting_quadrature(casting, CastingQuadrature::StructureWork)] += carried;
+                }
+            }
+        }
+    }
+
+    /// Friction of the pads against the velocity across their axes.
+    #[inline(always)]
+    fn frictions(&mut self, rate: &mut [R], power: &mut Power<R>) {
+        let none = R::splat(0.0);
+        let (displacement, velocity, forces) = (&self.displacement[..], &self.velocity[..], &mut self.force[..]);
+        for friction in &self.frictions {
+            let contact = &self.contacts[friction.contact];
+            let [d, approach] = self.rows.at(self.springs.len() + friction.contact).values(displacement, velocity);
+            let penetration = d - contact.offset_m;
+            let acts = if self.following {
+                contact.law.onset_indicator(penetration, approach).greater(none)
+            } else {
+                contact.closed
+            };
+            let pressing = contact.law.closed_force(penetration, approach);
+            let pressing = R::select(acts.and(pressing.greater(none)), pressing, none);
+            let across = friction.springs.map(|spring| self.rows.at(spring).values(displacement, velocity)[1]);
+            let speed = across[0].mul_add(across[0], across[1] * across[1]).sqrt();
+            let share = speed / friction.speed_m_s;
+            // The ratio tends to 1 where the casting is at rest.
+            let ratio = R::select(share.greater(none), tanh(share) / share, R::splat(1.0));
+            let per_speed = friction.coefficient * pressing * ratio / friction.speed_m_s;
+            let loss = per_speed * speed * speed;
+            power.dissipated += loss;
+            for (spring, across) in friction.springs.into_iter().zip(across) {
+                let force = per_speed * across;
+                self.rows.at(spring).apply(force, forces);
+                if let Books::Fixture { casting, support } = self.springs[spring].books {
+                    let carried = force * velocity[support];
+                    rate[self.layout.casting_quadrature(casting, CastingQuadrature::FixtureLoss)] += force * across;
+                    rate[self.layout.casting_quadrature(casting, CastingQuadrature::StructureWork)] += carried;
                 }
             }
         }

@@ -52,6 +52,10 @@ parameters! {
         /// Whether it only pushes, like a pad: `F = max(0, F_0 + k_T d + c_T d')`, d the approach since rest, `F_0` its share of the
         /// casting's weight and of the clamps. The casting lifts off where F reaches 0.
         pub one_sided: bool = false, "", [choice], "false";
+        /// Coefficient of friction of a pad in its plane: the casting slides against `mu F tanh(|v| / v_s)`, F the force on the pad.
+        pub friction: f64 = 0.0, "1", [>= 0] usual [0, 1], "none: it slides freely";
+        /// Speed `v_s` at which friction has reached 76 % of its largest value.
+        pub friction_speed_m_s: f64 = 0.01, "m/s", [> 0] usual [1e-4, 0.1], "assumed: below it the casting creeps";
         /// Force of a clamp, which presses the casting onto its one-sided fixtures. Ignores `stiffness_n_per_m` and `damping_n_s_per_m`.
         pub clamp_force_n: f64 = 0.0, "N", [>= 0] usual [0, 1e5], "no clamp";
         /// Stiffness of a clamp with a spring. 0: constant force, as of a cylinder.
@@ -141,7 +145,8 @@ impl Fixture {
 
     /// Indices of the [`Self::axes`] in which it holds.
     pub fn held_axes(&self) -> impl Iterator<Item = usize> {
-        let lateral = (0..2).filter(|axis| self.lateral_spring(*axis) != [0.0, 0.0]).map(|axis| 1 + axis);
+        let lateral = (0..2).filter(|axis| self.friction > 0.0 || self.lateral_spring(*axis) != [0.0, 0.0]);
+        let lateral = lateral.map(|axis| 1 + axis);
         std::iter::once(0).chain(lateral)
     }
 

@@ -80,11 +80,11 @@ impl Casting {
         [x, y, self.inertia_z_kg_m2]
     }
 
-    /// Motions along which its fixtures hold it.
+    /// Motions along which its fixtures hold it, by stiffness or by friction.
     pub fn holds(&self) -> impl Iterator<Item = Motion> {
         let held = |fixture: &Fixture, axis: usize| match axis {
             0 => fixture.spring()[0] > 0.0,
-            _ => fixture.lateral_spring(axis - 1)[0] > 0.0,
+            _ => fixture.friction > 0.0 || fixture.lateral_spring(axis - 1)[0] > 0.0,
         };
         self.fixtures.iter().flat_map(move |fixture| {
             let axes = fixture.axes();

@@ -27,6 +27,9 @@ pub(super) fn rest(model: &CoupledModel) -> Vec<f64> {
     y
 }
 
+/// Share of the largest load up to which a force is rounding.
+const NO_LOAD: f64 = 1e-9;
+
 /// A fixture that carries a casting.
 struct Carrier<'l> {
     link: &'l mut Link,
@@ -35,6 +38,8 @@ struct Carrier<'l> {
     stiffness_n_per_m: f64,
     /// Whether it only pushes.
     one_sided: bool,
+    /// Whether it holds by friction alone, which bears no load at rest.
+    rubs: bool,
     /// Whether it takes part: a one-sided fixture from which the casting stands off does not.
     acts: bool,
 }
@@ -47,7 +52,7 @@ struct Carrier<'l> {
 /// left out is pressed: `F = k b u`.
 ///
 /// # Errors
-/// [`BuildError::NoRest`] if the casting tips off its fixtures.
+/// [`BuildError::NoRest`] if the casting tips off its fixtures, [`BuildError::Slides`] if only friction keeps it from sliding.
 pub(super) fn share_loads(scene: &Scene, links: &mut [Link]) -> Result<(), BuildError> {
     for (index, casting) in scene.castings.iter().enumerate().filter(|(_, casting)| casting.lies()) {
         let part = scene.rigid_casting(index)?;
@@ -69,10 +74,20 @@ pub(super) fn share_loads(scene: &Scene, links: &mut [Link]) -> Result<(), Build
             if fixture.axis == 0 && held.clamp_force_n > 0.0 {
                 load.axpy(held.clamp_force_n, &row, 1.0);
             } else {
-                carriers.push(carrier(link, row));
+                let mut carrier = carrier(link, row);
+                if fixture.axis > 0 && carrier.stiffness_n_per_m == 0.0 && held.friction > 0.0 {
+                    (carrier.rubs, carrier.stiffness_n_per_m) = (true, held.spring()[0]);
+                }
+                carriers.push(carrier);
             }
         }
         let u = settle(&mut carriers, &load).ok_or_else(|| BuildError::NoRest { casting: casting.name.clone() })?;
+        let borne = |carrier: &Carrier<'_>| carrier.rubs && {
+            (carrier.stiffness_n_per_m * carrier.row.dot(&u)).abs() > NO_LOAD * load.amax()
+        };
+        if carriers.iter().any(borne) {
+            return Err(BuildError::Slides { casting: casting.name.clone() });
+        }
         for carrier in carriers {
             let depth_m = carrier.row.dot(&u);
             if let LinkLaw::Contact { gap_m, preload_n, .. } = &mut carrier.link.law {
@@ -90,7 +105,7 @@ fn carrier(link: &mut Link, row: DVector<f64>) -> Carrier<'_> {
         LinkLaw::Spring { stiffness_n_per_m, .. } => (stiffness_n_per_m, false),
         LinkLaw::Contact { law, .. } => (law.closed_force(1.0, 0.0), true),
     };
-    Carrier { link, row, stiffness_n_per_m, one_sided, acts: true }
+    Carrier { link, row, stiffness_n_per_m, one_sided, rubs: false, acts: true }
 }
 
 /// Finds the fixtures that carry a load and returns how far they let the casting down; `None` if it tips off them.

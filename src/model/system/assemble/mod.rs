@@ -72,6 +72,15 @@ pub enum BuildError {
         /// Name of the casting.
         casting: String,
     },
+    /// Gravity pulls a casting along its pads, and only their friction holds it.
+    #[error(
+        "casting `{casting}` cannot rest: gravity pulls it sideways, where only the friction of its pads holds it, on which it would creep; \
+         give its fixtures a `lateral_stiffness_n_per_m`"
+    )]
+    Slides {
+        /// Name of the casting.
+        casting: String,
+    },
     /// The masses of the tied guides make no positive definite matrix.
     #[error("guide masses must be positive to be tied to their mounts")]
     GuideMass,
@@ -101,7 +110,7 @@ pub fn build_placed(scene: &Scene, placed: &PlacedModes) -> Result<Arc<CoupledMo
     equilibrium::share_loads(scene, &mut links)?;
     let elements = Elements::new(&links, &points, parts.iter().map(|part| part.columns.len()).sum());
     let residuals = parts.iter().filter_map(|part| Some((part.columns.start, placed.of(part.id)?.residual()?)));
-    let elements = elements.with_residuals(&links, &residuals.collect::<Vec<_>>())?;
+    let elements = elements.with_residuals(&links, &residuals.collect::<Vec<_>>())?.with_frictions(&scene.frictions());
     let mut model = CoupledModel {
         layout,
         scales: scales::scales(&layout, described.iter().map(|(_, part)| part), &parts),
