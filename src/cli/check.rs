@@ -6,7 +6,7 @@ use clap::Args;
 
 use super::check_invalid::Invalid;
 use super::check_links::link_lines;
-use super::check_result::{Check, Confused, Needed, Probe, Probed, StudyOutline, probe};
+use super::check_result::{Check, Confused, Needed, Probe, Probed, StudyOutline, UnbuiltRow, first_scene, probe};
 use super::exit::{Exit, Failure, write_file};
 use super::json::{print_json, wants_words};
 use super::outputs::{Form, Output, StudyArguments};
@@ -63,6 +63,10 @@ pub(super) fn check(arguments: &CheckArguments) -> Result<Exit, Failure> {
     let plan = StudyOutline::of(&engine)?;
     // Problems come first.
     plan.invalid.warning(plan.rows).iter().for_each(|warning| eprint_line(warning));
+    let (found, unbuilt) = first_scene(&engine);
+    if let Some(UnbuiltRow { row, reason }) = &unbuilt {
+        eprint_line(&format_args!("warning: row {row} cannot be simulated: {reason}"));
+    }
     // The plan is there at once, the probe takes some seconds.
     if wants_words(arguments.json) {
         print_fitted(&plan_text(&plan))?;
@@ -72,14 +76,15 @@ pub(super) fn check(arguments: &CheckArguments) -> Result<Exit, Failure> {
         eprint_line(&format_args!("the scatter matrix is in {}", file.display()));
     }
     let Invalid { looked_at, count, .. } = plan.invalid;
-    let has_failed = count == looked_at || (arguments.strict && count > 0);
+    let none = count == looked_at || (found.is_none() && unbuilt.is_some());
+    let has_failed = none || (arguments.strict && (count > 0 || unbuilt.is_some()));
     let rows = Probed { repeated: plan.repeated, threads: thread_count(arguments.threads)? };
-    let probe = probe(&engine, rows, arguments.wanted_error);
+    let probe = found.map(|found| probe(&engine, found, rows, arguments.wanted_error));
     if wants_words(arguments.json) {
         probe.iter().try_for_each(|probe| print_fitted(&probe_text(probe)))?;
     }
     if arguments.json {
-        print_json(&Check { plan, probe })?;
+        print_json(&Check { plan, probe, unbuilt })?;
     }
     Ok(if has_failed { Exit::RowsFailed } else { Exit::Done })
 }

@@ -40,7 +40,8 @@ fn name(scene: &Scene, owner: Owner) -> String {
         Owner::Hammer { hammer, .. } => format!("within hammer.{}", scene.hammers[hammer].name),
         Owner::Fixture(id) => {
             let casting = &scene.castings[id.casting];
-            format!("casting.{}.fixture.{}", casting.name, casting.fixtures[id.fixture].name)
+            let across = if id.axis > 0 { format!(" (across {})", id.axis) } else { String::new() };
+            format!("casting.{}.fixture.{}{across}", casting.name, casting.fixtures[id.fixture].name)
         }
     }
 }

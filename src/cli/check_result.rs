@@ -10,7 +10,7 @@ use decore_dataset::{Columns, TableName};
 use decore_model::metrics::{HammerMetrics, duration_for};
 use decore_model::run::{RowOutcome, RowStatus, amplifies, run_row, twin};
 use decore_model::scene::{HammerUnit, Scene};
-use decore_model::system::PlacedModes;
+use decore_model::system::{PlacedModes, build_placed};
 use decore_statistics::design::{Acceptance, Aliases, Design, Kind, Quality};
 use decore_study::Study;
 use decore_study::engine::{Engine, Repeats, RowRunner, RowScene};
@@ -26,8 +26,19 @@ pub(super) struct Check {
     /// What is known without running a row.
     #[serde(flatten)]
     pub plan: StudyOutline,
-    /// The first row that describes a scene, run for at most 10 s of wall time; null where none of the first 100 does.
+    /// The first row that can be simulated, run for at most 10 s of wall time; null where none of the first 100 can.
     pub probe: Option<Probe>,
+    /// The first of these rows that describes a scene for which machine or castings have no modes, or that cannot be built; null for none.
+    pub unbuilt: Option<UnbuiltRow>,
+}
+
+/// A row whose scene is sound by itself, but does not fit the models of its machine or its castings.
+#[derive(Debug, Serialize, JsonSchema)]
+pub(super) struct UnbuiltRow {
+    /// The row.
+    pub row: usize,
+    /// Reason.
+    pub reason: String,
 }
 
 /// What is known of a study without running a row.
@@ -286,11 +297,35 @@ pub(super) struct Probed {
     pub threads: usize,
 }
 
-/// Simulates the first row that describes a scene and returns its cost, and the time of all rows.
-pub(super) fn probe(engine: &Engine, Probed { repeated, threads }: Probed, wanted_error: f64) -> Option<Probe> {
+/// Looks for the first row that can be simulated, and for the first before it that only lacks modes or cannot be built.
+pub(super) fn first_scene(engine: &Engine) -> (Option<(usize, RowScene)>, Option<UnbuiltRow>) {
+    let mut unbuilt = None;
+    for row in 0..engine.checked().row_count().min(PROBED_ROWS) {
+        if engine.checked().scene(row).is_err() {
+            continue;
+        }
+        let built = engine.scene(row).map_err(|invalid| invalid.reason);
+        let built = built.and_then(|found| match build_placed(&found.scene, &found.modes) {
+            Ok(_) => Ok(found),
+            Err(error) => Err(error.to_string()),
+        });
+        match built {
+            Ok(found) => return (Some((row, found)), unbuilt),
+            Err(reason) => _ = unbuilt.get_or_insert(UnbuiltRow { row, reason }),
+        }
+    }
+    (None, unbuilt)
+}
+
+/// Simulates a row and returns its cost, and the time of all rows.
+pub(super) fn probe(
+    engine: &Engine,
+    (row, found): (usize, RowScene),
+    Probed { repeated, threads }: Probed,
+    wanted_error: f64,
+) -> Probe {
     let rows = engine.checked().row_count();
-    let found = (0..rows.min(PROBED_ROWS)).find_map(|row| Some((row, engine.scene(row).ok()?)));
-    let (row, RowScene { mut scene, modes }) = found?;
+    let RowScene { mut scene, modes } = found;
     scene.solver.max_wall_time_s = scene.solver.max_wall_time_s.min(PROBE_WALL_TIME_S);
     let outcome = run_row(&scene, &modes);
     let selection = engine.machine_of(&scene).selection(&scene).ok().flatten();
@@ -301,7 +336,7 @@ pub(super) fn probe(engine: &Engine, Probed { repeated, threads }: Probed, wante
     let row_time_s = row_time_s(&outcome, scene.duration_s).map(|row_s| (times * row_s).min(f64::MAX));
     let different = rows.saturating_sub(repeated).max(1);
     let rows_one_by_one = different as f64 / threads.min(different) as f64;
-    Some(Probe {
+    Probe {
         row,
         status: outcome.status,
         modes: outcome.modes,
@@ -322,7 +357,7 @@ pub(super) fn probe(engine: &Engine, Probed { repeated, threads }: Probed, wante
         total_time_s: row_time_s.map(|row_s| (row_s * rows_one_by_one).min(f64::MAX)),
         time_reached_s: outcome.time_reached_s,
         reason: outcome.reason,
-    })
+    }
 }
 
 /// How many times as long as the row its twin takes.

@@ -1,6 +1,7 @@
 //! `decore structure`: how good is the reduction of a machine?
 
 use std::collections::BTreeMap;
+use std::f64::consts::TAU;
 use std::path::{Path, PathBuf};
 
 use clap::Args;
@@ -18,7 +19,7 @@ use crate::accuracy::{MAIN_OUTPUTS, main_differences};
 use crate::page::quality_page;
 use decore_model::run::run_row;
 use decore_model::structure::{
-    CACHE_FOLDER, DOF_NAMES, Damping, ExportFormat, FeModel, QualityReport, QualitySettings, ReductionSettings,
+    CACHE_FOLDER, DOF_NAMES, ExportFormat, FeModel, QualityReport, QualitySettings, ReductionSettings,
     SelectionSettings, assess_telling, write_model,
 };
 use decore_study::engine::{RowRunner, RowScene, reduction_settings};
@@ -111,10 +112,7 @@ pub(super) fn structure(arguments: &StructureArguments) -> Result<Exit, Failure>
     }
     let has_scene = interface.is_some();
     let reduction = interface.map_or_else(|| whole_interface(&model, &settings), Ok)?;
-    let damping_ratio = match &settings.damping_ratio {
-        Damping::Ratio(ratio) => *ratio,
-        Damping::PerMode(ratios) => ratios.first().copied().unwrap_or(0.0),
-    };
+    let damping_ratio = settings.damping_ratio.ratio(0, TAU * settings.cutoff_hz).unwrap_or(0.0);
     let quality = QualitySettings { reduction, cutoff_hz: settings.cutoff_hz, damping_ratio };
     let report = assess_telling(&model, &quality, |remarks| {
         if model.order() > SLOW_ROWS {

@@ -13,7 +13,7 @@ pub struct Topic {
 }
 
 /// All topics, in the order of `decore help`.
-pub const TOPICS: [Topic; 24] = [
+pub const TOPICS: [Topic; 25] = [
     Topic {
         name: "study",
         about: "every key of a study file: unit, default, description",
@@ -48,6 +48,11 @@ pub const TOPICS: [Topic; 24] = [
         name: "clamps",
         about: "castings on pads with clamps: lift-off, clamping force, materials of pads",
         text: include_str!("clamps.md"),
+    },
+    Topic {
+        name: "directions",
+        about: "strikes, fixtures and gravity that are not vertical",
+        text: include_str!("directions.md"),
     },
     Topic {
         name: "outputs",

@@ -57,7 +57,9 @@ fn sideways(study: &Study) -> bool {
     let struck = file.hammer.values().any(|hammer| across(hammer.strike_axis));
     let driven = study.factors().iter().flat_map(FactorInfo::paths).any(|path| {
         let mut keys = path.split('.');
-        keys.any(|key| matches!(key, "axis" | "strike_axis" | "lateral_stiffness_n_per_m" | "lateral_damping_n_s_per_m"))
+        keys.any(|key| {
+            matches!(key, "axis" | "strike_axis" | "lateral_stiffness_n_per_m" | "lateral_damping_n_s_per_m")
+        })
     });
     held || struck || driven || !is_down(&study.outputs().points_axis)
 }

@@ -104,8 +104,7 @@ fn areas_follow_rigid_motions() {
     assert!((body.mass_kg() / mass - 1.0).abs() < 1e-12);
     let found = body.at(&POINTS, POINTS.len()).unwrap();
     // A point (x, y) moves by `z + y tx - x ty` with what the mean motions of the mass show.
-    let more =
-        body.at(&[POINTS[0], POINTS[1], POINTS[3], (BodyPoint::Rotation(0), DOWN), POINTS[4]], 0).unwrap();
+    let more = body.at(&[POINTS[0], POINTS[1], POINTS[3], (BodyPoint::Rotation(0), DOWN), POINTS[4]], 0).unwrap();
     for mode in 0..3 {
         assert_eq!(found.omega_rad_s[mode], 0.0);
         let [heave, tx, ty] = [2, 3, 4].map(|row| more.rows[(row, mode)]);
@@ -127,7 +126,8 @@ fn sideways_areas_follow_rigid_motions() {
     let centre = [x, y, z].map(|axis| (BodyPoint::Centre, axis));
     // Across y lie x and -z; across x lie y and z.
     let turns = [(BodyPoint::Rotation(0), y), (BodyPoint::Rotation(0), x), (BodyPoint::Rotation(1), y)];
-    let found = body.at(&[centre.to_vec(), turns.to_vec(), vec![(BodyPoint::Place(place), slanted)]].concat(), 7).unwrap();
+    let found =
+        body.at(&[centre.to_vec(), turns.to_vec(), vec![(BodyPoint::Place(place), slanted)]].concat(), 7).unwrap();
     let lever = [
         place[1] * slanted[2] - place[2] * slanted[1],
         place[2] * slanted[0] - place[0] * slanted[2],
@@ -143,6 +143,33 @@ fn sideways_areas_follow_rigid_motions() {
         let expected: f64 = (0..3).map(|k| row(k) * slanted[k] + theta[k] * lever[k]).sum();
         assert!((row(6) - expected).abs() < 1e-9 * found.rows.amax(), "mode {mode}: {} and {expected}", row(6));
     }
+}
+
+/// Damping by a table is linear between its frequencies and constant outside; Rayleigh damping is `alpha / (2 omega) + beta omega / 2`.
+#[test]
+fn damping_by_table_and_by_rayleigh() {
+    let modes = |damping: Damping| {
+        let settings = ElasticSettings { damping, ..settings(20_000.0) };
+        let found = ElasticBody::new(block(70e9), settings)?.at(&POINTS, POINTS.len())?;
+        let elastic = found.omega_rad_s.into_iter().zip(found.damping_ratio).filter(|(omega, _)| *omega > 0.0);
+        Ok::<Vec<(f64, f64)>, decore_model::structure::StructureError>(elastic.collect())
+    };
+    let table = [[6000.0, 0.01], [10_000.0, 0.05], [12_000.0, 0.03]];
+    for (omega, ratio) in modes(Damping::Table(table.to_vec())).unwrap() {
+        let hertz = omega / TAU;
+        let expected = match hertz {
+            hertz if hertz < 6000.0 => 0.01,
+            hertz if hertz < 10_000.0 => 0.01 + 1e-5 * (hertz - 6000.0),
+            hertz if hertz < 12_000.0 => 0.05 - 1e-5 * (hertz - 10_000.0),
+            _ => 0.03,
+        };
+        assert!((ratio - expected).abs() < 1e-15, "{hertz} Hz: {ratio} instead of {expected}");
+    }
+    for (omega, ratio) in modes(Damping::Rayleigh { mass_per_s: 100.0, stiffness_s: 1e-6 }).unwrap() {
+        assert!((ratio - (50.0 / omega + 0.5e-6 * omega)).abs() < 1e-15, "{omega}: {ratio}");
+    }
+    let stiff = modes(Damping::Rayleigh { mass_per_s: 0.0, stiffness_s: 1e-3 }).unwrap_err().to_string();
+    assert!(stiff.contains("Rayleigh damping") && stiff.contains("below 1"), "{stiff}");
 }
 
 /// A block 1e8 times stiffer has its rigid motions alone below the cut-off, and a residual flexibility 1e8 times smaller than all of its
@@ -162,7 +189,10 @@ fn a_stiff_block_is_rigid() {
 #[test]
 fn what_a_body_cannot_do() {
     let body = ElasticBody::new(block(70e9), settings(10_000.0)).unwrap();
-    let beside = body.at(&[(BodyPoint::Surface { at_m: [0.3, 0.0, 0.0], axis: DOWN, side: Side::Struck }, DOWN)], 1).unwrap_err().to_string();
+    let beside = body
+        .at(&[(BodyPoint::Surface { at_m: [0.3, 0.0, 0.0], axis: DOWN, side: Side::Struck }, DOWN)], 1)
+        .unwrap_err()
+        .to_string();
     assert!(beside.contains("x = 0.3000 m") && beside.contains("larger radius"), "{beside}");
     let few = ElasticSettings { damping: Damping::PerMode(vec![0.01]), ..settings(10_000.0) };
     let few = ElasticBody::new(block(70e9), few).unwrap_err().to_string();

@@ -42,7 +42,8 @@ fn housing(points: &[(&str, f64)]) -> RigidMass {
         points: weights(points),
         mass_kg: 27.0,
         inertia_kg_m2: [0.55, 0.55, 0.12],
-        centre_of_mass_m: [0.0, 0.0, -0.2],        axis: DOWN,
+        centre_of_mass_m: [0.0, 0.0, -0.2],
+        axis: DOWN,
     }
 }
 

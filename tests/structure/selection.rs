@@ -32,7 +32,8 @@ fn housing(mass_kg: f64, share: f64) -> RigidMass {
         points: vec![("R5".to_owned(), 1.0 - share), ("R6".to_owned(), share)],
         mass_kg,
         inertia_kg_m2: [0.55, 0.5, 0.12],
-        centre_of_mass_m: [0.03, -0.05, -0.2],        axis: DOWN,
+        centre_of_mass_m: [0.03, -0.05, -0.2],
+        axis: DOWN,
     }
 }
 

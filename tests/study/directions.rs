@@ -90,7 +90,8 @@ fn study(turns: bool, structure: &str) -> String {
              lateral_stiffness_n_per_m = {lateral}\nlateral_damping_n_s_per_m = [500.0, 500.0]\n"
         )
     };
-    let fixtures = [("a", "T1", -0.06, -0.02), ("b", "T3", 0.06, -0.02), ("c", "T7", -0.06, 0.02), ("d", "T9", 0.06, 0.02)];
+    let fixtures =
+        [("a", "T1", -0.06, -0.02), ("b", "T3", 0.06, -0.02), ("c", "T7", -0.06, 0.02), ("d", "T9", 0.06, 0.02)];
     let fixtures = fixtures.map(|(name, point, x, y)| fixture(name, point, [x, y, -0.02])).concat();
     let [x, y, z] = if turns { [2.4e-3, 2.35e-3, 4.5e-4] } else { [4.5e-4, 2.35e-3, 2.4e-3] };
     format!(
@@ -117,7 +118,11 @@ fn outcome(text: &str, folder: &Path) -> RunMetrics {
 fn figures(metrics: &RunMetrics) -> Vec<f64> {
     assert!(metrics.totals.energy_residual.abs() < 1e-5, "{:e}", metrics.totals.energy_residual);
     let of_hammers = metrics.hammers.iter().flat_map(|hammer| {
-        [hammer.first_impact_energy_j.unwrap(), hammer.first_impact_work_j.unwrap(), hammer.first_impact_impulse_n_s.unwrap()]
+        [
+            hammer.first_impact_energy_j.unwrap(),
+            hammer.first_impact_work_j.unwrap(),
+            hammer.first_impact_impulse_n_s.unwrap(),
+        ]
     });
     let casting = &metrics.castings[0];
     let of_casting = [

@@ -6,8 +6,8 @@
 use std::collections::BTreeMap;
 
 use super::model::{Environment, HammerUnit, Scene};
-use crate::direction::{DOWN, across, unit};
 use crate::contact::{ContactLaw, ContactParameters};
+use crate::direction::{DOWN, across, unit};
 use crate::hammer::{Gas, HammerModel, body};
 use crate::structure::{BodyPoint, Side};
 use crate::workpiece::{Casting, FREEDOMS, Fixture, Motion, WorkpieceError};

@@ -90,7 +90,8 @@ parameters! {
         pub mode_band_hz: f64 = 5000.0, "Hz", [> 0], "assumed";
         /// Fixed-interface modes of the Craig-Bampton basis are kept up to this frequency.
         pub fixed_interface_cutoff_hz: f64 = 3000.0, "Hz", [> 0], "20000 where modes of the built-in station are selected, 6000 in a draft";
-        /// Modal damping ratio: one for all modes or a list, one per mode.
+        /// Modal damping ratio: one for all modes, a list with one per mode, a table `[[frequency_hz, ratio], ...]`, or Rayleigh damping
+        /// `{ mass_per_s = 1.0, stiffness_s = 1e-6 }`.
         pub damping_ratio: Damping = Ratio(0.02), "1", [>= 0, < 1], "assumed";
     }
 }

@@ -12,7 +12,7 @@ mod validate;
 
 pub use crate::integrate::Method;
 pub use links::{FixtureId, HammerLink, Location, Owner, PartId, PointId};
-pub(crate) use links::{Friction, Freedom, Link, LinkLaw, Part};
+pub(crate) use links::{Freedom, Friction, Link, LinkLaw, Part};
 pub use machine::{Housings, SourceName, StructureEntry, StructureParameters};
 pub use model::{Environment, HammerEntry, HammerUnit, Mount, OutputSettings, Scene, Supply};
 pub use solver::{

@@ -192,7 +192,7 @@ impl ElasticBody {
         let heaving = heaving(&nodes, &rows, &rigid);
         let omega_rad_s: Vec<f64> =
             vec![0.0; heaving.ncols()].into_iter().chain(elastic[..kept].iter().copied()).collect();
-        let ratios = damping_ratios(&settings.damping, kept)?;
+        let ratios = damping_ratios(&settings.damping, &elastic[..kept])?;
         let columns = |parts: [DMatrix<f64>; 2]| {
             let all: Vec<_> = parts.iter().flat_map(|part| part.column_iter()).collect();
             DMatrix::from_columns(&all)

@@ -27,6 +27,15 @@ pub enum Damping {
     /// One ratio per mode, in the order of the modes: at least as many as kept modes. Further ratios are ignored, because the number of
     /// modes below a cut-off changes with the placement.
     PerMode(Vec<f64>),
+    /// Pairs of frequency in Hz and ratio, by rising frequency: linear between them, constant below the first and above the last.
+    Table(Vec<[f64; 2]>),
+    /// Rayleigh damping `D = mass_per_s M + stiffness_s K`: the ratio is `mass_per_s / (2 omega) + stiffness_s omega / 2`.
+    Rayleigh {
+        /// Factor of the mass in 1/s.
+        mass_per_s: f64,
+        /// Factor of the stiffness in s.
+        stiffness_s: f64,
+    },
 }
 
 impl Numbers for Damping {
@@ -34,7 +43,53 @@ impl Numbers for Damping {
         match self {
             Self::Ratio(ratio) => ratio.visit(see),
             Self::PerMode(ratios) => ratios.visit(see),
+            Self::Table(pairs) => pairs.iter().for_each(|[_, ratio]| see(*ratio)),
+            Self::Rayleigh { .. } => {}
         }
+    }
+}
+
+impl Damping {
+    /// Ratio of a mode by its number and its circular frequency in rad/s; `None` where a list per mode is too short.
+    pub fn ratio(&self, mode: usize, omega_rad_s: f64) -> Option<f64> {
+        match self {
+            Self::Ratio(ratio) => Some(*ratio),
+            Self::PerMode(ratios) => ratios.get(mode).copied(),
+            Self::Table(pairs) => between(pairs, omega_rad_s / TAU),
+            Self::Rayleigh { mass_per_s, stiffness_s } => {
+                Some(0.5 * (mass_per_s / omega_rad_s + stiffness_s * omega_rad_s))
+            }
+        }
+    }
+
+    /// The fault of a list or a table; `None` for a sound one.
+    pub fn fault(&self) -> Option<&'static str> {
+        match self {
+            Self::PerMode(list) if list.is_empty() => Some("is an empty list, expected one ratio per mode"),
+            Self::Table(pairs) => {
+                let rises = pairs.windows(2).all(|pair| pair[0][0] < pair[1][0]);
+                let sound = pairs.iter().all(|[hertz, _]| hertz.is_finite() && *hertz >= 0.0);
+                (!(rises && sound)).then_some("needs pairs [frequency_hz, ratio] by rising frequency")
+            }
+            Self::Rayleigh { mass_per_s, stiffness_s } => {
+                let sound = [mass_per_s, stiffness_s].iter().all(|factor| factor.is_finite() && **factor >= 0.0);
+                (!sound).then_some("needs `mass_per_s` and `stiffness_s` of at least 0")
+            }
+            Self::Ratio(_) | Self::PerMode(_) => None,
+        }
+    }
+}
+
+/// Linear interpolation in pairs by rising first number, constant outside.
+fn between(pairs: &[[f64; 2]], at: f64) -> Option<f64> {
+    let above = pairs.iter().position(|[x, _]| *x >= at);
+    match above {
+        Some(0) => pairs.first().map(|[_, y]| *y),
+        Some(above) => {
+            let ([x0, y0], [x1, y1]) = (pairs[above - 1], pairs[above]);
+            Some(y0 + (y1 - y0) * (at - x0) / (x1 - x0))
+        }
+        None => pairs.last().map(|[_, y]| *y),
     }
 }
 
@@ -208,7 +263,7 @@ impl ReducedStructure {
         settings: SelectionSettings,
     ) -> Result<ModesAt, StructureError> {
         if let (Damping::Ratio(damping_ratio), None, false) = (damping, &self.table, self.own.are_damped()) {
-            let damping_ratio = damping_ratios(damping, 1)?.first().copied().unwrap_or(*damping_ratio);
+            let damping_ratio = damping_ratios(damping, &[1.0])?.first().copied().unwrap_or(*damping_ratio);
             let factor = mass_factor(&self.interface, attached)?;
             let asked = ReductionDemand { rows: &self.combinations(rows)?, damping_ratio, settings };
             if let Some(edge) = asked.edge(&self.own)
@@ -243,7 +298,7 @@ impl ReducedStructure {
         };
         let damping_ratio = match &solution.damping_ratio {
             Some(own) => own.clone(),
-            None => damping_ratios(&options.damping, solution.omega_rad_s.len())?,
+            None => damping_ratios(&options.damping, &solution.omega_rad_s)?,
         };
         Ok((solution, damping_ratio))
     }
@@ -309,20 +364,23 @@ fn fix_signs(shapes: &mut DMatrix<f64>) {
     }
 }
 
-pub(super) fn damping_ratios(damping: &Damping, modes: usize) -> Result<Vec<f64>, StructureError> {
-    let valid = |ratio: &f64| ratio.is_finite() && *ratio >= 0.0;
-    match damping {
-        Damping::Ratio(ratio) if valid(ratio) => Ok(vec![*ratio; modes]),
-        Damping::Ratio(ratio) => Err(StructureError::argument("damping ratio", "a number >= 0", ratio)),
-        Damping::PerMode(ratios) => {
-            if ratios.len() < modes {
-                let expected = format!("one for each of the {modes} modes below the cut-off");
-                return Err(StructureError::argument("damping ratios", expected, ratios.len()));
+pub(super) fn damping_ratios(damping: &Damping, omega_rad_s: &[f64]) -> Result<Vec<f64>, StructureError> {
+    let modes = omega_rad_s.len();
+    let ratio = |(mode, omega): (usize, &f64)| {
+        let Some(ratio) = damping.ratio(mode, *omega) else {
+            let expected = format!("one for each of the {modes} modes below the cut-off");
+            return Err(StructureError::argument("damping ratios", expected, mode));
+        };
+        match damping {
+            _ if !(ratio.is_finite() && ratio >= 0.0) => {
+                Err(StructureError::argument("damping ratio", "a number >= 0", ratio))
             }
-            match ratios.iter().find(|ratio| !valid(ratio)) {
-                Some(ratio) => Err(StructureError::argument("damping ratio", "a number >= 0", ratio)),
-                None => Ok(ratios.iter().take(modes).copied().collect()),
+            Damping::Rayleigh { .. } if ratio >= 1.0 => {
+                let found = format!("{ratio:.3} at {:.1} Hz", omega / TAU);
+                Err(StructureError::argument("Rayleigh damping", "ratios below 1 of all modes", found))
             }
+            _ => Ok(ratio),
         }
-    }
+    };
+    omega_rad_s.iter().enumerate().map(ratio).collect()
 }

@@ -123,8 +123,8 @@ pub(super) struct WatchedResidual {
 pub enum FlexibilityError {
     /// A law that includes less than the casting's own flexibility.
     #[error(
-        "the contact of {owner:?} has a stiffness of {stiffness_n_per_m:.3e} N/m, but the casting alone yields by {local_m_per_n:.3e} m/N \
-         under it: the stiffness cannot include the casting; set `contact_includes_casting = false`, or a larger `point_radius_m`"
+        "has a stiffness of {stiffness_n_per_m:.3e} N/m, but the casting alone yields by {local_m_per_n:.3e} m/N under it: the stiffness \
+         cannot include the casting; set `contact_includes_casting = false`, or a larger `point_radius_m`"
     )]
     TooStiff {
         /// Owner of the contact.
@@ -136,13 +136,22 @@ pub enum FlexibilityError {
     },
     /// A law with a power of the penetration.
     #[error(
-        "the contact of {owner:?} has a law with a power of the penetration, to which the flexibility of the casting cannot be added: \
-         set `contact_includes_casting = true` and `cutoff_hz = 10000.0`, or the law to \"kelvin_voigt\""
+        "has a law with a power of the penetration, to which the flexibility of the casting cannot be added: set \
+         `contact_includes_casting = true` and `cutoff_hz = 10000.0`, or the law to \"kelvin_voigt\""
     )]
     Law {
         /// Owner of the contact.
         owner: Owner,
     },
+}
+
+impl FlexibilityError {
+    /// Owner of the contact.
+    pub(super) fn owner(&self) -> Owner {
+        match self {
+            Self::TooStiff { owner, .. } | Self::Law { owner } => *owner,
+        }
+    }
 }
 
 /// Element: index of a spring or of a contact.

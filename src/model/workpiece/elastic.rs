@@ -48,7 +48,8 @@ parameters! {
         }
         /// Modes below this frequency are kept. The static flexibility of the others is kept without their mass.
         pub cutoff_hz: f64 = 10_000.0, "Hz", [> 0] usual [500, 50_000], "what contacts of 100 us excite";
-        /// Modal damping ratio of the elastic modes: one for all, or a list.
+        /// Modal damping ratio of the elastic modes: one for all, a list, a table `[[frequency_hz, ratio], ...]`, or Rayleigh damping
+        /// `{ mass_per_s = 10.0, stiffness_s = 1e-7 }`.
         pub damping_ratio: Damping = Ratio(0.005), "1", [>= 0, < 1], "assumed";
         /// Radius of the areas of strike points, fixtures and core points.
         pub point_radius_m: f64 = 0.01, "m", [> 0] usual [0.001, 0.1], "assumed: the tip of a chisel";

@@ -39,14 +39,8 @@ const PIVOT_TOLERANCE: f64 = 1e-9;
 pub const FREEDOMS: usize = 6;
 
 /// Names of these.
-const NAMES: [&str; FREEDOMS] = [
-    "motion along x",
-    "motion along y",
-    "heave",
-    "rotation tx about x",
-    "rotation ty about y",
-    "rotation tz about z",
-];
+const NAMES: [&str; FREEDOMS] =
+    ["motion along x", "motion along y", "heave", "rotation tx about x", "rotation ty about y", "rotation tz about z"];
 
 /// Motion of a point of a casting along a direction.
 #[derive(Debug, Clone, Copy, PartialEq)]

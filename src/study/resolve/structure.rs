@@ -244,8 +244,8 @@ impl Reader<'_> {
         for Fault { path, message } in faults {
             self.problem(&[path.as_str()], message);
         }
-        if matches!(damping, Damping::PerMode(list) if list.is_empty()) {
-            self.problem(&["damping_ratio"], "is an empty list, expected one ratio per mode");
+        if let Some(fault) = damping.fault() {
+            self.problem(&["damping_ratio"], fault);
         }
     }
 

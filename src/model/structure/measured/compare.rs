@@ -140,11 +140,11 @@ fn machine_modes(
     settings: &MeasuredSettings,
     rows: &[DirectedPoints],
 ) -> Result<ModesAt, StructureError> {
-    let (listed, last) = match &settings.damping {
-        Damping::Ratio(ratio) => (&[][..], *ratio),
-        Damping::PerMode(ratios) => (ratios.as_slice(), ratios.last().copied().unwrap_or(0.0)),
+    let (listed, damping) = match &settings.damping {
+        Damping::PerMode(ratios) => (ratios.as_slice(), Damping::Ratio(ratios.last().copied().unwrap_or(0.0))),
+        other => (&[][..], other.clone()),
     };
-    let options = ModalOptions { cutoff_hz: f64::MAX, damping: Damping::Ratio(last) };
+    let options = ModalOptions { cutoff_hz: f64::MAX, damping };
     let mut modes = structure.modes_at(&[], &options, rows)?;
     if !structure.has_own_damping() {
         modes.damping_ratio.iter_mut().zip(listed).for_each(|(ratio, listed)| *ratio = *listed);

@@ -30,6 +30,9 @@ pub(super) fn rest(model: &CoupledModel) -> Vec<f64> {
 /// Share of the largest load up to which a force is rounding.
 const NO_LOAD: f64 = 1e-9;
 
+/// Share of the largest load beyond which fixtures that ought to bear it do not.
+const UNBORNE: f64 = 1e-6;
+
 /// A fixture that carries a casting.
 struct Carrier<'l> {
     link: &'l mut Link,
@@ -82,8 +85,8 @@ pub(super) fn share_loads(scene: &Scene, links: &mut [Link]) -> Result<(), Build
             }
         }
         let u = settle(&mut carriers, &load).ok_or_else(|| BuildError::NoRest { casting: casting.name.clone() })?;
-        let borne = |carrier: &Carrier<'_>| carrier.rubs && {
-            (carrier.stiffness_n_per_m * carrier.row.dot(&u)).abs() > NO_LOAD * load.amax()
+        let borne = |carrier: &Carrier<'_>| {
+            carrier.rubs && { (carrier.stiffness_n_per_m * carrier.row.dot(&u)).abs() > NO_LOAD * load.amax() }
         };
         if carriers.iter().any(borne) {
             return Err(BuildError::Slides { casting: casting.name.clone() });
@@ -116,7 +119,11 @@ fn settle(carriers: &mut [Carrier<'_>], load: &DVector<f64>) -> Option<DVector<f
         for carrier in carriers.iter().filter(|carrier| carrier.acts) {
             stiffness.ger(carrier.stiffness_n_per_m, &carrier.row, &carrier.row, 1.0);
         }
-        let u = stiffness.cholesky()?.solve(load);
+        let u = stiffness.clone().cholesky()?.solve(load);
+        // Rounding can hide that nothing holds a motion: then the fixtures do not bear the load.
+        if (&stiffness * &u - load).amax() > UNBORNE * load.amax() {
+            return None;
+        }
         let wrong = |carrier: &Carrier<'_>| {
             let depth_m = carrier.row.dot(&u);
             if !carrier.one_sided {

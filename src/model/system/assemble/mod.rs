@@ -11,7 +11,7 @@ mod scales;
 use std::collections::BTreeSet;
 use std::sync::Arc;
 
-use crate::scene::{ModeTreatment, Part, PartId, PointId, Scene};
+use crate::scene::{ModeTreatment, Owner, Part, PartId, PointId, Scene};
 use crate::system::block::{Block, Condensed, CoupledPart, Rigid};
 use crate::system::elements::{Elements, FlexibilityError};
 use crate::system::impulse_response;
@@ -51,8 +51,13 @@ pub enum BuildError {
         casting: usize,
     },
     /// A contact's law cannot take the flexibility of the casting.
-    #[error(transparent)]
-    Flexibility(#[from] FlexibilityError),
+    #[error("the contact of {link} {error}")]
+    Flexibility {
+        /// Hammer and casting, or fixture and casting.
+        link: String,
+        /// The fault.
+        error: FlexibilityError,
+    },
     /// The machine's modes do not fit each other.
     #[error("{given} {what} were given, expected {expected}: one per mode")]
     Shapes {
@@ -110,7 +115,8 @@ pub fn build_placed(scene: &Scene, placed: &PlacedModes) -> Result<Arc<CoupledMo
     equilibrium::share_loads(scene, &mut links)?;
     let elements = Elements::new(&links, &points, parts.iter().map(|part| part.columns.len()).sum());
     let residuals = parts.iter().filter_map(|part| Some((part.columns.start, placed.of(part.id)?.residual()?)));
-    let elements = elements.with_residuals(&links, &residuals.collect::<Vec<_>>())?.with_frictions(&scene.frictions());
+    let elements = elements.with_residuals(&links, &residuals.collect::<Vec<_>>());
+    let elements = elements.map_err(|error| inflexible(scene, error))?.with_frictions(&scene.frictions());
     let mut model = CoupledModel {
         layout,
         scales: scales::scales(&layout, described.iter().map(|(_, part)| part), &parts),
@@ -126,6 +132,22 @@ pub fn build_placed(scene: &Scene, placed: &PlacedModes) -> Result<Arc<CoupledMo
     };
     model.initial = equilibrium::rest(&model);
     Ok(Arc::new(model))
+}
+
+/// The error of a contact with the names of its parts.
+fn inflexible(scene: &Scene, error: FlexibilityError) -> BuildError {
+    let casting = |casting: usize| &scene.castings[casting];
+    let link = match error.owner() {
+        Owner::Hammer { hammer, .. } => {
+            let unit = &scene.hammers[hammer];
+            format!("hammer `{}` with casting `{}`", unit.name, casting(unit.casting).name)
+        }
+        Owner::Fixture(id) => {
+            let held = casting(id.casting);
+            format!("fixture `{}` with casting `{}`", held.fixtures[id.fixture].name, held.name)
+        }
+    };
+    BuildError::Flexibility { link, error }
 }
 
 /// Returns the parts with their blocks and the layout of the state. Flexible parts come first in the state, rigid parts come first in
