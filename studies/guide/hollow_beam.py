@@ -53,21 +53,16 @@ def brick(size):
     return condensed, np.kron(mass, np.eye(3))
 
 
-def mesh(along, wall, core):
-    """Places of the nodes, and the bricks: their corners and edges."""
-    inner = np.linspace(-CORE / 2, CORE / 2, core + 1)
-    outer = np.linspace(CORE / 2, WIDTH / 2, wall + 1)[1:]
-    section = np.concatenate([-outer[::-1], inner, outer])
-    marks = [np.linspace(-LENGTH / 2, LENGTH / 2, along + 1), section, section]
+def mesh(marks, solid):
+    """Places of the nodes, and the bricks between the marks along x, y and z whose middle is solid: their corners and edges."""
     numbers, bricks = {}, []
     for place in itertools.product(*(range(len(mark) - 1) for mark in marks)):
-        middle = [(section[n] + section[n + 1]) / 2 for n in place[1:]]
-        if max(map(abs, middle)) < CORE / 2:
+        if not solid(*((mark[n] + mark[n + 1]) / 2 for mark, n in zip(marks, place))):
             continue
         corners = [tuple(np.add(place, corner)) for corner in (CORNERS + 1) // 2]
         edges = tuple(round(mark[n + 1] - mark[n], 12) for mark, n in zip(marks, place))
         bricks.append(([numbers.setdefault(corner, len(numbers)) for corner in corners], edges))
-    return [[mark[n] for mark, n in zip(marks, place)] for place in numbers], bricks
+    return np.array([[mark[n] for mark, n in zip(marks, place)] for place in numbers]), bricks
 
 
 def write(path, order, rows, columns, values):
@@ -81,8 +76,8 @@ def write(path, order, rows, columns, values):
             file.write(f"{place // order + 1} {place % order + 1} {value:.17g}\n")
 
 
-def main(folder, along=24, wall=2, core=4):
-    nodes, bricks = mesh(along, wall, core)
+def write_model(folder, nodes, bricks):
+    """Writes the matrices and nodes of a mesh into a folder."""
     matrices = {edges: brick(edges) for _, edges in bricks}
     dofs = np.array([[3 * corner + axis for corner in corners for axis in range(3)] for corners, _ in bricks])
     rows, columns = np.repeat(dofs, 24, axis=1).ravel(), np.tile(dofs, 24).ravel()
@@ -93,6 +88,14 @@ def main(folder, along=24, wall=2, core=4):
         write(folder / f"{name}.mtx", 3 * len(nodes), rows, columns, values)
     lines = [f"{number},{x:.9g},{y:.9g},{z:.9g}" for number, (x, y, z) in enumerate(nodes, 1)]
     (folder / "nodes.csv").write_text("node,x,y,z\n" + "\n".join(lines) + "\n")
+
+
+def main(folder, along=24, wall=2, core=4):
+    inner = np.linspace(-CORE / 2, CORE / 2, core + 1)
+    outer = np.linspace(CORE / 2, WIDTH / 2, wall + 1)[1:]
+    section = np.concatenate([-outer[::-1], inner, outer])
+    marks = [np.linspace(-LENGTH / 2, LENGTH / 2, along + 1), section, section]
+    write_model(folder, *mesh(marks, lambda _, y, z: max(abs(y), abs(z)) > CORE / 2))
 
 
 if __name__ == "__main__":
