@@ -132,6 +132,7 @@ fn columns() -> Result<String, Failure> {
         factors: vec![factor],
         hammers: named("HAMMER"),
         castings: named("CASTING"),
+        elastic_castings: named("CASTING"),
         cores: vec![PartColumn { casting: "CASTING".to_owned(), name: "NAME".to_owned() }],
         pads: vec![PartColumn { casting: "CASTING".to_owned(), name: "NAME".to_owned() }],
         core_spectra: true,

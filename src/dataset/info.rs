@@ -115,6 +115,9 @@ pub struct DatasetInfo {
     pub hammers: Vec<String>,
     /// Names of the castings, in the scene's order.
     pub castings: Vec<String>,
+    /// Names of the elastic castings, in the scene's order.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub elastic_castings: Vec<String>,
     /// Core points of the castings, casting by casting.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub cores: Vec<PartColumn>,
@@ -165,6 +168,7 @@ impl DatasetInfo {
             numerical_twins: false,
             hammers: Vec::new(),
             castings: Vec::new(),
+            elastic_castings: Vec::new(),
             cores: Vec::new(),
             pads: Vec::new(),
             core_spectra: false,

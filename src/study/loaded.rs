@@ -327,6 +327,11 @@ impl Study {
             .collect()
     }
 
+    /// Names of the elastic castings, in order.
+    pub fn elastic_names(&self) -> Vec<&str> {
+        self.elastic_castings.values().map(|(name, _)| name.as_str()).collect()
+    }
+
     /// The one-sided fixtures, casting by casting: names of casting and fixture.
     pub fn pads(&self) -> Vec<(&str, &str)> {
         let mut pads = Vec::new();

@@ -46,6 +46,7 @@ pub fn info() -> DatasetInfo {
         numerical_twins: false,
         hammers: vec!["left".to_owned(), "right-hand".to_owned()],
         castings: vec!["1st".to_owned()],
+        elastic_castings: Vec::new(),
         cores: Vec::new(),
         pads: Vec::new(),
         core_spectra: false,

@@ -7,6 +7,7 @@ use super::hammer::{Finished, HammerTrack};
 use super::instant::Instant;
 use super::outputs::{CastingMetrics, RunMetrics, RunTotals};
 use super::pad::PadTracks;
+use super::strain::StrainTrack;
 use super::warning::Warning;
 use crate::integrate::{Observer, Step};
 use crate::scene::{HammerLink, Owner, Scene};
@@ -20,6 +21,7 @@ pub struct Recorder {
     cores: Option<CoreTracks>,
     core_names: Vec<String>,
     pads: PadTracks,
+    strains: Vec<StrainTrack>,
     scratch: Vec<f64>,
 }
 
@@ -33,6 +35,7 @@ impl Recorder {
             cores: CoreTracks::new(model, scene),
             core_names: scene.core_names(),
             pads: PadTracks::new(model, scene),
+            strains: StrainTrack::all(model, scene),
             scratch: vec![0.0; layout.dimension()],
         }
     }
@@ -68,7 +71,19 @@ impl Recorder {
         };
         let (pads, flights_s) = self.pads.finish(t);
         let core_totals = CoreTotals::of(&cores, &self.core_names);
-        RunMetrics { hammers, castings, cores, core_totals, pads, flights_s, blows, totals, ..RunMetrics::default() }
+        let elastic = self.strains.into_iter().map(|track| track.finish(&blows)).collect();
+        RunMetrics {
+            hammers,
+            castings,
+            elastic,
+            cores,
+            core_totals,
+            pads,
+            flights_s,
+            blows,
+            totals,
+            ..RunMetrics::default()
+        }
     }
 }
 
@@ -99,6 +114,7 @@ impl Observer<Coupled> for Recorder {
             cores.step(system, step, &mut self.scratch);
         }
         self.pads.step(system, step, &mut self.scratch);
+        self.strains.iter_mut().for_each(|track| track.step(system, step, &mut self.scratch));
         for track in &mut self.castings {
             track.step(step, &mut self.scratch);
         }

@@ -43,6 +43,7 @@ pub fn dataset_info(
         numerical_twins: study.numerical_twin() != NumericalTwin::None,
         hammers: names(study.hammer_names()),
         castings: names(study.casting_names()),
+        elastic_castings: names(study.elastic_names()),
         cores: cores(study),
         pads: study.pads().into_iter().map(|(casting, name)| part(casting, name)).collect(),
         core_spectra: study.outputs().core_spectra,
