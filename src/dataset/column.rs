@@ -6,8 +6,8 @@ use serde::Serialize;
 use super::info::{DatasetInfo, RowRecord};
 use decore_model::integrate::Counters;
 use decore_model::metrics::{
-    Aggregates, Blow, BlowStrain, CastingMetrics, CoreMetrics, CoreSpectrum, CoreTotals, ElasticMetrics, HammerMetrics,
-    NumericalErrors, PadMetrics, RunMetrics, RunTotals, Scatter, ScatterOf,
+    Aggregates, Blow, BlowStrain, CastingMetrics, CoreMetrics, CoreSpectrum, CoreTotals, ElasticMetrics,
+    FixtureMetrics, HammerMetrics, NumericalErrors, PadMetrics, RunMetrics, RunTotals, Scatter, ScatterOf,
 };
 use decore_model::run::RowOutcome;
 use decore_quantity::{Cell, Kind, Value};
@@ -24,7 +24,7 @@ pub enum ColumnGroup {
     Hammer,
     /// An output of one casting.
     Casting,
-    /// An output of one one-sided fixture.
+    /// An output of one fixture.
     Fixture,
     /// An output of one core point.
     Core,
@@ -172,6 +172,8 @@ pub enum Get {
     Elastic(usize, Read<ElasticMetrics>),
     /// Index of the one-sided fixture.
     Pad(usize, Read<PadMetrics>),
+    /// Index of the fixture.
+    Fixture(usize, Read<FixtureMetrics>),
     /// Index of the core point.
     Core(usize, Read<CoreMetrics>),
     /// Index of the core point, its spectrum, and the oscillator's place in it.
@@ -229,6 +231,7 @@ impl Column {
             Get::Casting(index, read) => source.metrics()?.castings.get(index).and_then(read),
             Get::Elastic(index, read) => source.metrics()?.elastic.get(index).and_then(read),
             Get::Pad(index, read) => source.metrics()?.pads.get(index).and_then(read),
+            Get::Fixture(index, read) => source.metrics()?.fixtures.get(index).and_then(read),
             Get::Core(index, read) => source.metrics()?.cores.get(index).and_then(read),
             Get::CoreSpectrum(index, read, place) => {
                 let spectrum = source.metrics()?.cores.get(index)?.spectrum.as_ref()?;

@@ -15,8 +15,8 @@ use super::error::DatasetError;
 use super::info::{DatasetInfo, PartColumn, RowRecord};
 use decore_model::integrate::Counters;
 use decore_model::metrics::{
-    Aggregates, Blow, BlowStrain, CastingMetrics, CoreMetrics, CoreTotals, ElasticMetrics, HammerMetrics, Instant,
-    NumericalErrors, PadMetrics, RunTotals, Scatter, spectrum_frequencies_hz,
+    Aggregates, Blow, BlowStrain, CastingMetrics, CoreMetrics, CoreTotals, ElasticMetrics, FixtureMetrics,
+    HammerMetrics, Instant, NumericalErrors, PadMetrics, RunTotals, Scatter, spectrum_frequencies_hz,
 };
 use decore_model::run::RowOutcome;
 use decore_quantity::words::identifier;
@@ -266,7 +266,8 @@ fn run_columns(info: &DatasetInfo) -> Vec<Column> {
         let casting = About::one(ColumnGroup::Casting, "Casting", name);
         columns.extend(casting.columns(ElasticMetrics::QUANTITIES, |read| Get::Elastic(index, read)));
     }
-    columns.extend(pad_columns(info));
+    columns.extend(fixture_columns(&info.pads, PadMetrics::QUANTITIES, Get::Pad));
+    columns.extend(fixture_columns(&info.fixture_energies, FixtureMetrics::QUANTITIES, Get::Fixture));
     columns.extend(core_columns(info));
     columns.extend(run.columns(RunTotals::QUANTITIES, Get::Totals));
     columns.extend(beside(info, &run, RunTotals::QUANTITIES, ScatterGroup::Totals));
@@ -282,13 +283,17 @@ fn run_columns(info: &DatasetInfo) -> Vec<Column> {
     columns
 }
 
-/// Columns `<casting>_fixture_<name>_<quantity>` of one-sided fixtures.
-fn pad_columns(info: &DatasetInfo) -> Vec<Column> {
-    let columns = info.pads.iter().enumerate().flat_map(|(index, PartColumn { casting, name })| {
+/// Columns `<casting>_fixture_<name>_<quantity>` of fixtures.
+fn fixture_columns<T: 'static>(
+    fixtures: &[PartColumn],
+    quantities: &[Quantity<T>],
+    get: impl Fn(usize, Read<T>) -> Get,
+) -> Vec<Column> {
+    let columns = fixtures.iter().enumerate().flat_map(|(index, PartColumn { casting, name })| {
         let subject = format!("{casting}.{name}");
         let prefix = identifier(&format!("{casting}_fixture_{name}_"), "casting");
         let about = About { group: ColumnGroup::Fixture, subject: Some(("Fixture", &subject)), prefix };
-        about.columns(PadMetrics::QUANTITIES, |read| Get::Pad(index, read)).collect::<Vec<_>>()
+        about.columns(quantities, |read| get(index, read)).collect::<Vec<_>>()
     });
     columns.collect()
 }

@@ -23,7 +23,7 @@ pub struct FactorColumn {
     pub description: String,
 }
 
-/// A core point or a one-sided fixture with columns of its own.
+/// A core point or a fixture with columns of its own.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
 pub struct PartColumn {
     /// Name of its casting as in the study.
@@ -124,6 +124,9 @@ pub struct DatasetInfo {
     /// One-sided fixtures, casting by casting.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub pads: Vec<PartColumn>,
+    /// Fixtures whose energies are kept, casting by casting.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub fixture_energies: Vec<PartColumn>,
     /// Whether spectra of the core points are kept.
     #[serde(default, skip_serializing_if = "std::ops::Not::not")]
     pub core_spectra: bool,
@@ -171,6 +174,7 @@ impl DatasetInfo {
             elastic_castings: Vec::new(),
             cores: Vec::new(),
             pads: Vec::new(),
+            fixture_energies: Vec::new(),
             core_spectra: false,
             signals: Vec::new(),
         }

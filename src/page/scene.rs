@@ -10,8 +10,8 @@ use super::samples::{Samples, Scale};
 use decore_dataset::DatasetInfo;
 use decore_model::hammer::HammerParameters;
 use decore_model::metrics::{
-    Blow, CastingMetrics, CoreMetrics, CoreSpectrum, CoreTotals, ElasticMetrics, FixtureSignals, HammerMetrics,
-    HammerSignals, PadMetrics, Phase, RunTotals, Signal, SignalOf, spectrum_frequencies_hz,
+    Blow, CastingMetrics, CoreMetrics, CoreSpectrum, CoreTotals, ElasticMetrics, FixtureMetrics, FixtureSignals,
+    HammerMetrics, HammerSignals, PadMetrics, Phase, RunTotals, Signal, SignalOf, spectrum_frequencies_hz,
 };
 use decore_model::run::RowOutcome;
 use decore_model::scene::{HammerUnit, Scene};
@@ -427,6 +427,10 @@ fn outputs(view: &SceneView<'_>) -> Vec<Output> {
     for ((id, fixture), pad) in pads.zip(&metrics.pads) {
         let of = format!("fixture {} of casting {}", fixture.name, view.scene.castings[id.casting].name);
         list(&mut outputs, &of, PadMetrics::QUANTITIES, pad);
+    }
+    for ((id, fixture), energy) in view.scene.fixtures().zip(&metrics.fixtures) {
+        let of = format!("fixture {} of casting {}", fixture.name, view.scene.castings[id.casting].name);
+        list(&mut outputs, &of, FixtureMetrics::QUANTITIES, energy);
     }
     for (name, core) in view.scene.core_names().iter().zip(&metrics.cores) {
         list(&mut outputs, &format!("core point {name}"), CoreMetrics::QUANTITIES, core);

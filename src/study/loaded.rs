@@ -342,6 +342,14 @@ impl Study {
         pads
     }
 
+    /// Names of the fixtures, CASTING.NAME, casting by casting.
+    pub fn fixture_names(&self) -> Vec<String> {
+        let of = |casting: CastingNames<'_>| {
+            casting.fixtures.iter().map(|fixture| format!("{}.{fixture}", casting.name)).collect::<Vec<_>>()
+        };
+        self.castings().into_iter().flat_map(of).collect()
+    }
+
     /// Names of the core points, CASTING.NAME, casting by casting.
     pub fn core_names(&self) -> Vec<String> {
         let of = |casting: CastingNames<'_>| {

@@ -123,7 +123,7 @@ fn the_guide_lists_every_column() {
     let scratch = TempDir::new().expect("scratch");
     let studies = Path::new(env!("CARGO_MANIFEST_DIR")).join("studies");
     let text = fs::read_to_string(studies.join("three_hammers.toml")).expect("a study");
-    let more = "[casting.a.core.middle]\nat_m = [0.0, 0.0, 0.0]\n[outputs]\ncore_spectra = true\ntwins = 1\nsignals = [\"a_heave_velocity_m_s\"]\n[design]\nkind = \"random\"\nrows = 1\n\
+    let more = "[casting.a.core.middle]\nat_m = [0.0, 0.0, 0.0]\n[outputs]\ncore_spectra = true\nfixture_energy = true\ntwins = 1\nsignals = [\"a_heave_velocity_m_s\"]\n[design]\nkind = \"random\"\nrows = 1\n\
         [design.factor.pressure]\npath = \"hammer.one.supply_bar\"\nrange = [4.0, 6.0]\nunit = \"bar\"\n";
     let elastic = "[casting.e]\nmass_kg = 1.0368\ninertia_kg_m2 = [4.49280e-4, 2.350080e-3]\n[casting.e.structure]\n\
         stiffness_file = \"K.mtx\"\nmass_file = \"M.mtx\"\ndof_file = \"rows.dof\"\nnodes_file = \"nodes.csv\"\n\

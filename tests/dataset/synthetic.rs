@@ -49,6 +49,7 @@ pub fn info() -> DatasetInfo {
         elastic_castings: Vec::new(),
         cores: Vec::new(),
         pads: Vec::new(),
+        fixture_energies: Vec::new(),
         core_spectra: false,
         design_quality: serde_json::Value::Null,
         row_groups: Some(Vec::new()),

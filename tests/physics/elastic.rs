@@ -14,6 +14,7 @@ use nalgebra::DMatrix;
 
 use crate::common::harness::{assert_relative, observe, settings, switches};
 use crate::common::scenes::{bench, clear, contact_index, place, rig, support};
+use crate::ledger::missing_in_fixtures;
 use crate::one_sided::assert_supports;
 
 const STRIKE: PointId = PointId::Strike { hammer: 0 };
@@ -158,15 +159,16 @@ fn core_points_follow_the_residual_flexibility() {
 /// Residual flexibility of strike and pad. Between contacts it is left out: here it is small.
 const BETWEEN: [[f64; 2]; 2] = [[8e-10, -4e-11], [-4e-11, 9e-10]];
 
-/// Outputs of the rig with an elastic casting on its fixture, or on a pad and under a clamp.
-fn clamped(clamp_force_n: Option<f64>) -> RunMetrics {
+/// Outputs of the rig with an elastic casting on its fixture, or on a pad and under a clamp of a force and a stiffness.
+fn clamped(clamp: Option<(f64, f64)>) -> RunMetrics {
     let (mut scene, mut modes) = rig(1);
     scene.duration_s = 0.15;
     elastic(&mut scene, true);
     let mut casting = two_modes(scene.castings[0].mass_kg, Some(9000.0), BETWEEN);
-    if let Some(clamp_force_n) = clamp_force_n {
+    scene.outputs.fixture_energy = true;
+    if let Some((clamp_force_n, clamp_stiffness_n_per_m)) = clamp {
         let fixtures = &mut scene.castings[0].fixtures;
-        let clamp = Fixture { clamp_force_n, ..fixtures[0].clone() };
+        let clamp = Fixture { clamp_force_n, clamp_stiffness_n_per_m, ..fixtures[0].clone() };
         fixtures[0].one_sided = true;
         fixtures.push(clamp);
         modes.shapes.insert(support(0, 1), modes.shapes[&support(0, 0)].clone());
@@ -190,7 +192,18 @@ fn clamped(clamp_force_n: Option<f64>) -> RunMetrics {
 /// Pads under an elastic casting do what they do under a rigid one. The bound is wider: the residual flexibility between contacts is left out.
 #[test]
 fn elastic_castings_lie_on_pads() {
-    assert_supports([None, Some(1e6), Some(50.0)].map(clamped), 2e-3);
+    assert_supports([None, Some((1e6, 0.0)), Some((50.0, 0.0))].map(clamped), 2e-3);
+}
+
+/// The residual flexibility passes the force of a chisel or pad on to a clamp with a spring; the books of casting and fixtures know that.
+#[test]
+fn energies_through_fixtures_of_elastic_castings_sum_up() {
+    for clamp in [None, Some((1e6, 0.0)), Some((1e4, 2e7))] {
+        let metrics = clamped(clamp);
+        let missing = missing_in_fixtures(&metrics, &[metrics.fixtures.len()]);
+        println!("{clamp:?}: {missing:.1e} of the delivered work is missing");
+        assert!(metrics.fixtures.len() == 1 + usize::from(clamp.is_some()) && missing < 1e-6, "{clamp:?}: {missing:e}");
+    }
 }
 
 /// A scene of the bench whose chisel flies at 1 m/s, so far off the casting.

@@ -18,6 +18,7 @@ mod blow;
 mod casting;
 mod contacts;
 mod core;
+mod fixture;
 mod hammer;
 mod instant;
 mod numerical;
@@ -40,6 +41,7 @@ mod warning;
 pub use aggregates::Aggregates;
 pub use blow::{Blow, BlowKind, BlowStrain};
 pub use core::{CoreMetrics, CoreSpectrum, CoreTotals, spectrum_frequencies_hz};
+pub use fixture::FixtureMetrics;
 pub use outputs::{
     CastingMetrics, ERRING, HammerMetrics, NumericalErrors, RunMetrics, RunTotals, Scatter, ScatterOf, duration_for,
 };

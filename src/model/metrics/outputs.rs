@@ -7,6 +7,7 @@ use serde::Serialize;
 
 use super::blow::Blow;
 use super::core::{CoreMetrics, CoreTotals};
+use super::fixture::FixtureMetrics;
 use super::pad::PadMetrics;
 use super::percussion::Percussion;
 use super::strain::ElasticMetrics;
@@ -240,6 +241,8 @@ pub struct RunMetrics {
     pub core_totals: Option<CoreTotals>,
     /// One entry per one-sided fixture, casting by casting.
     pub pads: Vec<PadMetrics>,
+    /// One entry per fixture, casting by casting; empty unless the study asks for their energies.
+    pub fixtures: Vec<FixtureMetrics>,
     /// Longest time in s for which each casting was off all its fixtures. Decides whether the row is valid; no output.
     #[serde(skip)]
     pub flights_s: Vec<f64>,

@@ -3,6 +3,7 @@
 use super::audit::{chamber_residual, energy_residual};
 use super::casting::CastingTrack;
 use super::core::{CoreTotals, CoreTracks};
+use super::fixture::FixtureTracks;
 use super::hammer::{Finished, HammerTrack};
 use super::instant::Instant;
 use super::outputs::{CastingMetrics, RunMetrics, RunTotals};
@@ -21,6 +22,8 @@ pub struct Recorder {
     cores: Option<CoreTracks>,
     core_names: Vec<String>,
     pads: PadTracks,
+    /// `None` where no energies of fixtures are asked for.
+    fixtures: Option<FixtureTracks>,
     strains: Vec<StrainTrack>,
     scratch: Vec<f64>,
 }
@@ -35,6 +38,7 @@ impl Recorder {
             cores: CoreTracks::new(model, scene),
             core_names: scene.core_names(),
             pads: PadTracks::new(model, scene),
+            fixtures: FixtureTracks::new(model, scene),
             strains: StrainTrack::all(model, scene),
             scratch: vec![0.0; layout.dimension()],
         }
@@ -79,6 +83,7 @@ impl Recorder {
             cores,
             core_totals,
             pads,
+            fixtures: self.fixtures.map_or_else(Vec::new, FixtureTracks::finish),
             flights_s,
             blows,
             totals,
@@ -114,6 +119,7 @@ impl Observer<Coupled> for Recorder {
             cores.step(system, step, &mut self.scratch);
         }
         self.pads.step(system, step, &mut self.scratch);
+        self.fixtures.iter_mut().for_each(|tracks| tracks.step(system, step, &mut self.scratch));
         self.strains.iter_mut().for_each(|track| track.step(system, step, &mut self.scratch));
         for track in &mut self.castings {
             track.step(step, &mut self.scratch);

@@ -354,6 +354,27 @@ impl Elements {
     }
 }
 
+/// Force of a spring in series with a residual flexibility, N.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct SeriesForce {
+    /// Force beyond that at rest.
+    pub force_n: f64,
+    /// Part of it that damps.
+    pub damped_n: f64,
+}
+
+impl Series {
+    /// Force of a spring from elongation in m and rate in m/s of each spring, and the force of each contact beyond that at rest, N.
+    pub fn spring_force(&self, spring: usize, motions: &[[f64; 2]], contacts: &[f64]) -> SeriesForce {
+        let sum = |of: &DMatrix<f64>, values: &dyn Fn(usize) -> f64| {
+            (0..of.ncols()).map(|other| of[(spring, other)] * values(other)).sum::<f64>()
+        };
+        let damped_n = sum(&self.damping, &|other| motions[other][1]);
+        let elastic_n = sum(&self.stiffness, &|other| motions[other][0]) - sum(&self.contacts, &|at| contacts[at]);
+        SeriesForce { force_n: elastic_n + damped_n, damped_n }
+    }
+}
+
 impl OwnResidual {
     /// Of a part on whose points the elements act by these shares, elements x points; springs come first.
     fn new(residual: &Residual, shares: &DMatrix<f64>, springs: usize) -> Self {

@@ -44,7 +44,7 @@ impl Coupled {
     }
 
     /// Displacement and velocity of a column of the elements' rows.
-    fn column_motion(&self, column: usize, t: f64, y: &[f64]) -> [f64; 2] {
+    pub(super) fn column_motion(&self, column: usize, t: f64, y: &[f64]) -> [f64; 2] {
         let layout = &self.model.layout;
         if column < layout.bodies {
             return [y[layout.position(column)], y[layout.velocity(column)]];
@@ -180,8 +180,8 @@ impl Coupled {
                     stiffness[(row, other)] * d + damping[(row, other)] * rate
                 });
                 let of_contacts = (0..contacts.ncols()).filter(|contact| contacts[(row, *contact)] != 0.0);
-                let of_contacts =
-                    of_contacts.map(|contact| contacts[(row, contact)] * self.contact_force(contact, t, y));
+                let of_contacts = of_contacts
+                    .map(|contact| contacts[(row, contact)] * self.element_force(ElementId::Contact(contact), t, y));
                 of_springs.sum::<f64>() - of_contacts.sum::<f64>()
             }
         }
