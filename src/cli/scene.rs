@@ -18,8 +18,8 @@ use crate::page::{MeasuredCurve, MeasuredPiece, SceneView, scene_page};
 use decore_dataset::write_signals;
 use decore_model::integrate::Counters;
 use decore_model::metrics::{
-    Blow, CastingMetrics, CoreMetrics, CoreTotals, HammerMetrics, NumericalErrors, PadMetrics, RunMetrics, RunTotals,
-    ScatterOf, Signal, SignalRecorder, Warning,
+    Blow, CastingMetrics, CoreMetrics, CoreTotals, ElasticMetrics, FixtureMetrics, HammerMetrics, NumericalErrors,
+    PadMetrics, RunMetrics, RunTotals, ScatterOf, Signal, SignalRecorder, Warning,
 };
 use decore_model::run::{RowOutcome, RowStatus};
 use decore_model::scene::Scene;
@@ -258,9 +258,17 @@ fn outputs(text: &mut String, engine: &Engine, metrics: &RunMetrics) {
         let _ = writeln!(text, "\ncasting {name}");
         section(text, CastingMetrics::QUANTITIES, casting, TwinFigures { scatter, errors });
     }
+    for (name, elastic) in study.elastic_names().iter().zip(&metrics.elastic) {
+        let _ = writeln!(text, "\nelastic casting {name}");
+        section(text, ElasticMetrics::QUANTITIES, elastic, TwinFigures::default());
+    }
     for ((casting, fixture), pad) in study.pads().into_iter().zip(&metrics.pads) {
         let _ = writeln!(text, "\nfixture {fixture} of casting {casting}");
         section(text, PadMetrics::QUANTITIES, pad, TwinFigures::default());
+    }
+    for (name, fixture) in study.fixture_names().iter().zip(&metrics.fixtures) {
+        let _ = writeln!(text, "\nfixture {name}");
+        section(text, FixtureMetrics::QUANTITIES, fixture, TwinFigures::default());
     }
     for (name, core) in study.core_names().iter().zip(&metrics.cores) {
         let _ = writeln!(text, "\ncore point {name}");

@@ -45,9 +45,12 @@ impl SceneResult {
         let study = engine.study();
         let (hammers, castings, cores) = (study.hammer_names(), study.casting_names(), study.core_names());
         let cores: Vec<&str> = cores.iter().map(String::as_str).collect();
+        let elastic = study.elastic_names();
         let pads = study.pads().into_iter().map(|(casting, fixture)| format!("{casting}.{fixture}"));
         let pads: Vec<String> = pads.collect();
         let pads: Vec<&str> = pads.iter().map(String::as_str).collect();
+        let fixtures = study.fixture_names();
+        let fixtures: Vec<&str> = fixtures.iter().map(String::as_str).collect();
         let values = study.factors().iter().zip(engine.checked().row_values(row));
         let owned = |names: &[&str]| names.iter().map(|name| (*name).to_owned()).collect();
         Self {
@@ -58,7 +61,7 @@ impl SceneResult {
             factors: values.map(|(factor, value)| (factor.name.clone(), value)).collect(),
             hammers: owned(&hammers),
             castings: owned(&castings),
-            outcome: named(outcome, [&hammers, &castings, &cores, &pads]),
+            outcome: named(outcome, [&hammers, &castings, &elastic, &cores, &pads, &fixtures]),
             stored_row,
             measured: Vec::new(),
         }
@@ -74,7 +77,7 @@ impl SceneResult {
 pub(super) fn scene_schema() -> Json {
     let mut schema = schema::<SceneResult>("scene");
     let name = json!({ "type": "string", "description": "Name in the study." });
-    for of in ["HammerMetrics", "CastingMetrics", "CoreMetrics", "PadMetrics"] {
+    for of in ["HammerMetrics", "CastingMetrics", "ElasticMetrics", "CoreMetrics", "PadMetrics", "FixtureMetrics"] {
         schema["$defs"][of]["properties"]["name"] = name.clone();
     }
     schema["$defs"]["Blow"]["properties"]["hammer"] = name;
@@ -87,10 +90,11 @@ pub(super) fn scene_schema() -> Json {
     schema
 }
 
-fn named(outcome: &RowOutcome, [hammers, castings, cores, pads]: [&[&str]; 4]) -> Json {
+fn named(outcome: &RowOutcome, [hammers, castings, elastic, cores, pads, fixtures]: [&[&str]; 6]) -> Json {
     let mut value = json!(outcome);
     let Some(metrics) = value.get_mut("metrics").filter(|metrics| metrics.is_object()) else { return value };
-    for (list, names) in [("hammers", hammers), ("castings", castings), ("cores", cores), ("pads", pads)] {
+    let lists = ["hammers", "castings", "elastic", "cores", "pads", "fixtures"];
+    for (list, names) in lists.into_iter().zip([hammers, castings, elastic, cores, pads, fixtures]) {
         for of in [format!("/{list}"), format!("/scatter/{list}"), format!("/numerical/{list}")] {
             let entries = metrics.pointer_mut(&of).and_then(Json::as_array_mut);
             for (entry, name) in entries.into_iter().flatten().zip(names) {

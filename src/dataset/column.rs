@@ -6,8 +6,8 @@ use serde::Serialize;
 use super::info::{DatasetInfo, RowRecord};
 use decore_model::integrate::Counters;
 use decore_model::metrics::{
-    Aggregates, Blow, CastingMetrics, CoreMetrics, CoreSpectrum, CoreTotals, HammerMetrics, NumericalErrors,
-    PadMetrics, RunMetrics, RunTotals, Scatter, ScatterOf,
+    Aggregates, Blow, BlowStrain, CastingMetrics, CoreMetrics, CoreSpectrum, CoreTotals, ElasticMetrics,
+    FixtureMetrics, HammerMetrics, NumericalErrors, PadMetrics, RunMetrics, RunTotals, Scatter, ScatterOf,
 };
 use decore_model::run::RowOutcome;
 use decore_quantity::{Cell, Kind, Value};
@@ -24,7 +24,7 @@ pub enum ColumnGroup {
     Hammer,
     /// An output of one casting.
     Casting,
-    /// An output of one one-sided fixture.
+    /// An output of one fixture.
     Fixture,
     /// An output of one core point.
     Core,
@@ -168,8 +168,12 @@ pub enum Get {
     Hammer(usize, Read<HammerMetrics>),
     /// Index of the casting.
     Casting(usize, Read<CastingMetrics>),
+    /// Index of the elastic casting among these.
+    Elastic(usize, Read<ElasticMetrics>),
     /// Index of the one-sided fixture.
     Pad(usize, Read<PadMetrics>),
+    /// Index of the fixture.
+    Fixture(usize, Read<FixtureMetrics>),
     /// Index of the core point.
     Core(usize, Read<CoreMetrics>),
     /// Index of the core point, its spectrum, and the oscillator's place in it.
@@ -183,6 +187,8 @@ pub enum Get {
     /// Group and name of the quantity.
     NumericalError(ScatterGroup, &'static str),
     Blow(Read<Blow>),
+    /// Null for a blow on a rigid casting.
+    BlowStrain(Read<BlowStrain>),
     /// The name of the blow's hammer.
     BlowHammer,
     /// The name of the blow's casting.
@@ -223,7 +229,9 @@ impl Column {
             Get::Aggregates(read) => source.aggregates.as_ref().and_then(read),
             Get::Hammer(index, read) => source.metrics()?.hammers.get(index).and_then(read),
             Get::Casting(index, read) => source.metrics()?.castings.get(index).and_then(read),
+            Get::Elastic(index, read) => source.metrics()?.elastic.get(index).and_then(read),
             Get::Pad(index, read) => source.metrics()?.pads.get(index).and_then(read),
+            Get::Fixture(index, read) => source.metrics()?.fixtures.get(index).and_then(read),
             Get::Core(index, read) => source.metrics()?.cores.get(index).and_then(read),
             Get::CoreSpectrum(index, read, place) => {
                 let spectrum = source.metrics()?.cores.get(index)?.spectrum.as_ref()?;
@@ -236,6 +244,7 @@ impl Column {
             Get::NumericalError(group, name) => source.numerical_of(group)?.get(name).copied()?.map(Value::Real),
             Get::Scatter(group, name) => source.scatter_of(group)?.get(name).copied()?.map(Value::Real),
             Get::Blow(read) => source.blow.and_then(read),
+            Get::BlowStrain(read) => source.blow?.strain.as_ref().and_then(read),
             Get::BlowHammer => name(&source.info.hammers, source.blow?.hammer),
             Get::BlowCasting => name(&source.info.castings, source.blow?.casting),
             Get::Instant(place) => source.instant?.get(place).copied().map(Value::Real),

@@ -15,8 +15,8 @@ use super::error::DatasetError;
 use super::info::{DatasetInfo, PartColumn, RowRecord};
 use decore_model::integrate::Counters;
 use decore_model::metrics::{
-    Aggregates, Blow, CastingMetrics, CoreMetrics, CoreTotals, HammerMetrics, Instant, NumericalErrors, PadMetrics,
-    RunTotals, Scatter, spectrum_frequencies_hz,
+    Aggregates, Blow, BlowStrain, CastingMetrics, CoreMetrics, CoreTotals, ElasticMetrics, FixtureMetrics,
+    HammerMetrics, Instant, NumericalErrors, PadMetrics, RunTotals, Scatter, spectrum_frequencies_hz,
 };
 use decore_model::run::RowOutcome;
 use decore_quantity::words::identifier;
@@ -74,7 +74,7 @@ impl Columns {
     /// [`DatasetError::DuplicateColumn`] if two names of the study give the same column.
     pub fn new(info: &DatasetInfo) -> Result<Self, DatasetError> {
         let [runs, blows, timings, signals] =
-            [run_columns(info), blow_columns(), timing_columns(), signal_columns(info)];
+            [run_columns(info), blow_columns(info), timing_columns(), signal_columns(info)];
         let segments = [&runs, &blows, &timings, &signals].map(|columns| Segment::of(columns));
         let columns = Self { runs, blows, timings, signals, segments };
         for table in TableName::KNOWN {
@@ -262,7 +262,12 @@ fn run_columns(info: &DatasetInfo) -> Vec<Column> {
         columns.extend(casting.columns(CastingMetrics::QUANTITIES, |read| Get::Casting(index, read)));
         columns.extend(beside(info, &casting, CastingMetrics::QUANTITIES, ScatterGroup::Casting(index)));
     }
-    columns.extend(pad_columns(info));
+    for (index, name) in info.elastic_castings.iter().enumerate() {
+        let casting = About::one(ColumnGroup::Casting, "Casting", name);
+        columns.extend(casting.columns(ElasticMetrics::QUANTITIES, |read| Get::Elastic(index, read)));
+    }
+    columns.extend(fixture_columns(&info.pads, PadMetrics::QUANTITIES, Get::Pad));
+    columns.extend(fixture_columns(&info.fixture_energies, FixtureMetrics::QUANTITIES, Get::Fixture));
     columns.extend(core_columns(info));
     columns.extend(run.columns(RunTotals::QUANTITIES, Get::Totals));
     columns.extend(beside(info, &run, RunTotals::QUANTITIES, ScatterGroup::Totals));
@@ -278,13 +283,17 @@ fn run_columns(info: &DatasetInfo) -> Vec<Column> {
     columns
 }
 
-/// Columns `<casting>_fixture_<name>_<quantity>` of one-sided fixtures.
-fn pad_columns(info: &DatasetInfo) -> Vec<Column> {
-    let columns = info.pads.iter().enumerate().flat_map(|(index, PartColumn { casting, name })| {
+/// Columns `<casting>_fixture_<name>_<quantity>` of fixtures.
+fn fixture_columns<T: 'static>(
+    fixtures: &[PartColumn],
+    quantities: &[Quantity<T>],
+    get: impl Fn(usize, Read<T>) -> Get,
+) -> Vec<Column> {
+    let columns = fixtures.iter().enumerate().flat_map(|(index, PartColumn { casting, name })| {
         let subject = format!("{casting}.{name}");
         let prefix = identifier(&format!("{casting}_fixture_{name}_"), "casting");
         let about = About { group: ColumnGroup::Fixture, subject: Some(("Fixture", &subject)), prefix };
-        about.columns(PadMetrics::QUANTITIES, |read| Get::Pad(index, read)).collect::<Vec<_>>()
+        about.columns(quantities, |read| get(index, read)).collect::<Vec<_>>()
     });
     columns.collect()
 }
@@ -350,13 +359,16 @@ fn factor_columns(info: &DatasetInfo) -> impl Iterator<Item = Column> {
     })
 }
 
-fn blow_columns() -> Vec<Column> {
+fn blow_columns(info: &DatasetInfo) -> Vec<Column> {
     let about = About::all(ColumnGroup::Blow);
     let named = |column: &str, text: &str, get: Get| Column::new(about.describe(column, Kind::Category, "", text), get);
     let mut columns = row_column();
     columns.push(named("hammer", "Name of the hammer, as in the study.", Get::BlowHammer));
     columns.push(named("casting", "Name of the casting struck, as in the study.", Get::BlowCasting));
     columns.extend(about.columns(Blow::QUANTITIES, Get::Blow));
+    if !info.elastic_castings.is_empty() {
+        columns.extend(about.columns(BlowStrain::QUANTITIES, Get::BlowStrain));
+    }
     columns
 }
 

@@ -23,7 +23,7 @@ pub struct FactorColumn {
     pub description: String,
 }
 
-/// A core point or a one-sided fixture with columns of its own.
+/// A core point or a fixture with columns of its own.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
 pub struct PartColumn {
     /// Name of its casting as in the study.
@@ -115,12 +115,18 @@ pub struct DatasetInfo {
     pub hammers: Vec<String>,
     /// Names of the castings, in the scene's order.
     pub castings: Vec<String>,
+    /// Names of the elastic castings, in the scene's order.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub elastic_castings: Vec<String>,
     /// Core points of the castings, casting by casting.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub cores: Vec<PartColumn>,
     /// One-sided fixtures, casting by casting.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub pads: Vec<PartColumn>,
+    /// Fixtures whose energies are kept, casting by casting.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub fixture_energies: Vec<PartColumn>,
     /// Whether spectra of the core points are kept.
     #[serde(default, skip_serializing_if = "std::ops::Not::not")]
     pub core_spectra: bool,
@@ -165,8 +171,10 @@ impl DatasetInfo {
             numerical_twins: false,
             hammers: Vec::new(),
             castings: Vec::new(),
+            elastic_castings: Vec::new(),
             cores: Vec::new(),
             pads: Vec::new(),
+            fixture_energies: Vec::new(),
             core_spectra: false,
             signals: Vec::new(),
         }

@@ -10,8 +10,8 @@ use super::samples::{Samples, Scale};
 use decore_dataset::DatasetInfo;
 use decore_model::hammer::HammerParameters;
 use decore_model::metrics::{
-    Blow, CastingMetrics, CoreMetrics, CoreSpectrum, CoreTotals, FixtureSignals, HammerMetrics, HammerSignals,
-    PadMetrics, Phase, RunTotals, Signal, SignalOf, spectrum_frequencies_hz,
+    Blow, CastingMetrics, CoreMetrics, CoreSpectrum, CoreTotals, ElasticMetrics, FixtureMetrics, FixtureSignals,
+    HammerMetrics, HammerSignals, PadMetrics, Phase, RunTotals, Signal, SignalOf, spectrum_frequencies_hz,
 };
 use decore_model::run::RowOutcome;
 use decore_model::scene::{HammerUnit, Scene};
@@ -420,10 +420,17 @@ fn outputs(view: &SceneView<'_>) -> Vec<Output> {
     for (name, casting) in view.info.castings.iter().zip(&metrics.castings) {
         list(&mut outputs, &format!("casting {name}"), CastingMetrics::QUANTITIES, casting);
     }
+    for (name, elastic) in view.info.elastic_castings.iter().zip(&metrics.elastic) {
+        list(&mut outputs, &format!("casting {name}"), ElasticMetrics::QUANTITIES, elastic);
+    }
     let pads = view.scene.fixtures().filter(|(_, fixture)| fixture.one_sided);
     for ((id, fixture), pad) in pads.zip(&metrics.pads) {
         let of = format!("fixture {} of casting {}", fixture.name, view.scene.castings[id.casting].name);
         list(&mut outputs, &of, PadMetrics::QUANTITIES, pad);
+    }
+    for ((id, fixture), energy) in view.scene.fixtures().zip(&metrics.fixtures) {
+        let of = format!("fixture {} of casting {}", fixture.name, view.scene.castings[id.casting].name);
+        list(&mut outputs, &of, FixtureMetrics::QUANTITIES, energy);
     }
     for (name, core) in view.scene.core_names().iter().zip(&metrics.cores) {
         list(&mut outputs, &format!("core point {name}"), CoreMetrics::QUANTITIES, core);

@@ -90,13 +90,13 @@ macro_rules! quantities {
     (
         $(#[$attribute:meta])+
         pub struct $name:ident {
-            $( $(#[doc = $text:literal])+ pub $field:ident: $type:ty
+            $( $(#[doc = $text:literal])+ $(#[serde($($serde:tt)+)])? pub $field:ident: $type:ty
                 $(=> $unit:literal $(($heading:literal))? $($main:ident)? $([$less:ident])?)?, )+
         }
     ) => {
         $(#[$attribute])+
         pub struct $name {
-            $( $(#[doc = $text])+ pub $field: $type, )+
+            $( $(#[doc = $text])+ $(#[serde($($serde)+)])? pub $field: $type, )+
         }
 
         // A quantity has the name of its field: the compiler then holds all who name it to it.

@@ -327,6 +327,11 @@ impl Study {
             .collect()
     }
 
+    /// Names of the elastic castings, in order.
+    pub fn elastic_names(&self) -> Vec<&str> {
+        self.elastic_castings.values().map(|(name, _)| name.as_str()).collect()
+    }
+
     /// The one-sided fixtures, casting by casting: names of casting and fixture.
     pub fn pads(&self) -> Vec<(&str, &str)> {
         let mut pads = Vec::new();
@@ -335,6 +340,14 @@ impl Study {
             pads.extend(own.map(|(name, _)| (casting.as_str(), name.as_str())));
         }
         pads
+    }
+
+    /// Names of the fixtures, CASTING.NAME, casting by casting.
+    pub fn fixture_names(&self) -> Vec<String> {
+        let of = |casting: CastingNames<'_>| {
+            casting.fixtures.iter().map(|fixture| format!("{}.{fixture}", casting.name)).collect::<Vec<_>>()
+        };
+        self.castings().into_iter().flat_map(of).collect()
     }
 
     /// Names of the core points, CASTING.NAME, casting by casting.

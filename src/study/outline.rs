@@ -28,8 +28,6 @@ pub struct DesignOutline {
     pub strikes: BTreeMap<String, String>,
     /// Sand and binder of the cores of each casting that states one, by the casting's name.
     pub sand_binders: BTreeMap<String, String>,
-    /// Dose at which a core is out, `outputs.core_wanted_dose`, unless a factor drives it.
-    pub core_wanted_dose: Option<f64>,
 }
 
 /// A factor as the text describes it.
@@ -70,13 +68,10 @@ impl DesignOutline {
             let at = ["design".to_owned()];
             StudyError::one(Problem::new(document.locate(&at), format!("design.{key}"), message))
         })?;
-        let outputs = tree.get("outputs").and_then(|outputs| outputs.get("core_wanted_dose"));
-        let wanted = outputs.and_then(|dose| dose.as_float().or_else(|| dose.as_integer().map(|dose| dose as f64)));
         let strikes = texts(tree.get("hammer"), "casting");
         let sand_binders = texts(tree.get("casting"), "sand_binder");
         let mut outline = Self::of(entry.unwrap_or_default(), strikes);
         outline.sand_binders = sand_binders;
-        outline.core_wanted_dose = wanted.filter(|_| outline.mover(&["outputs", "core_wanted_dose"]).is_none());
         Ok(outline)
     }
 
@@ -94,7 +89,6 @@ impl DesignOutline {
     fn of(entry: DesignEntry, strikes: BTreeMap<String, String>) -> Self {
         Self {
             strikes,
-            core_wanted_dose: None,
             sand_binders: BTreeMap::new(),
             design: entry.kind.unwrap_or_default().of(&entry.as_part().options()).ok(),
             constraints: entry.constraints,

@@ -62,13 +62,14 @@ impl Cores {
     /// Dose at the end of the run and its growth per second of a core point, row by row.
     fn courses(&self, core: &str) -> Vec<[f64; 2]> {
         let reader = DatasetReader::open(&self.path("rows")).unwrap();
-        let names = ["dose_98hz_10khz", "time_to_dose_s"].map(|quantity| format!("part_core_{core}_{quantity}"));
+        let names =
+            ["dose_98hz_10khz", "dose_rate_98hz_10khz_per_s"].map(|quantity| format!("part_core_{core}_{quantity}"));
         let mut found = Vec::new();
         let names = names.each_ref().map(String::as_str);
         reader
             .visit(TableName::Runs, &names, |cells| {
-                let [Some(Value::Real(dose)), Some(Value::Real(time_s))] = cells else { panic!("{cells:?}") };
-                found.push([*dose, (1e7 - dose) / (time_s - 0.3)]);
+                let [Some(Value::Real(dose)), Some(Value::Real(rate_per_s))] = cells else { panic!("{cells:?}") };
+                found.push([*dose, *rate_per_s]);
             })
             .unwrap();
         found
@@ -149,14 +150,14 @@ fn mistakes(cores: &Cores, text: &str) {
     }
 }
 
-/// Without doses there is nothing to compare tests with; without a wanted dose the growth is rough, and a warning says so.
+/// Without doses there is nothing to compare tests with. The growth of the dose does not depend on a wanted dose.
 #[test]
 fn datasets_need_doses() {
     let without = STUDY.replace("core_dose_reference_m_s = 1.0\ncore_wanted_dose = 1e7\n", "");
     let text = "row,core,core_out_after_s\n0,near,5\n1,near,7\n2,far,9\n";
     assert!(Cores::new(&without).refused(text).contains("the dataset has no doses of core points"));
-    let rough = Cores::new(&STUDY.replace("core_wanted_dose = 1e7\n", "")).found(text, &[]);
-    assert!(rough["warnings"].to_string().contains("sets no `core_wanted_dose`"), "{rough}");
+    let found = |study: &str| Cores::new(study).found(text, &[]);
+    assert_eq!(found(&STUDY.replace("core_wanted_dose = 1e7\n", "")), found(STUDY));
     let driven = "[design.factor.reference]\npath = \"outputs.core_dose_reference_m_s\"\nvalues = [1.0, 2.0]\n";
     let driven = Cores::new(&format!("{STUDY}{driven}")).refused(text);
     assert!(driven.contains("factor `reference` drives `outputs.core_dose_reference_m_s`"), "{driven}");

@@ -10,4 +10,6 @@ mod paper;
 mod printing;
 mod readme;
 mod scene;
+#[path = "../common/solid.rs"]
+mod solid;
 mod written;

@@ -123,9 +123,13 @@ fn the_guide_lists_every_column() {
     let scratch = TempDir::new().expect("scratch");
     let studies = Path::new(env!("CARGO_MANIFEST_DIR")).join("studies");
     let text = fs::read_to_string(studies.join("three_hammers.toml")).expect("a study");
-    let more = "[casting.a.core.middle]\nat_m = [0.0, 0.0, 0.0]\n[outputs]\ncore_spectra = true\ntwins = 1\nsignals = [\"a_heave_velocity_m_s\"]\n[design]\nkind = \"random\"\nrows = 1\n\
+    let more = "[casting.a.core.middle]\nat_m = [0.0, 0.0, 0.0]\n[outputs]\ncore_spectra = true\nfixture_energy = true\ntwins = 1\nsignals = [\"a_heave_velocity_m_s\"]\n[design]\nkind = \"random\"\nrows = 1\n\
         [design.factor.pressure]\npath = \"hammer.one.supply_bar\"\nrange = [4.0, 6.0]\nunit = \"bar\"\n";
-    fs::write(scratch.path().join("study.toml"), format!("{text}\n{more}")).expect("written");
+    let elastic = "[casting.e]\nmass_kg = 1.0368\ninertia_kg_m2 = [4.49280e-4, 2.350080e-3]\n[casting.e.structure]\n\
+        stiffness_file = \"K.mtx\"\nmass_file = \"M.mtx\"\ndof_file = \"rows.dof\"\nnodes_file = \"nodes.csv\"\n\
+        point_radius_m = 0.025\ncutoff_hz = 2000.0\n[casting.e.fixture.middle]\npoint = \"T3\"\nat_m = [0.0, 0.0]\n";
+    crate::solid::write_block(70e9, scratch.path());
+    fs::write(scratch.path().join("study.toml"), format!("{text}\n{elastic}{more}")).expect("written");
     let run = ["run", "study.toml", "--output", "out", "--set", "duration_s=0.05"];
     let pads = ["front_left", "front_right", "back_left", "back_right"];
     let pads = pads.map(|name| format!("casting.a.fixture.{name}.one_sided=true"));

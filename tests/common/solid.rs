@@ -1,6 +1,14 @@
 //! A block of eight-node bricks as a finite element model, for tests of elastic castings.
 
-use decore_model::structure::{DofLabel, FeModel, InterfacePoint, InterfacePoints, ModelMatrices, PointPlace};
+// Every test binary uses a part of this.
+#![allow(dead_code)]
+
+use std::fs;
+use std::path::Path;
+
+use decore_model::structure::{
+    DofLabel, ExportFormat, FeModel, InterfacePoint, InterfacePoints, ModelMatrices, PointPlace, write_model,
+};
 use nalgebra::SMatrix;
 use sprs::TriMat;
 
@@ -81,4 +89,18 @@ pub fn block(young: f64) -> FeModel {
     let matrices = ModelMatrices { mass: m.to_csr(), stiffness: k.to_csr(), damping: None, labels };
     let points = InterfacePoints::new(each(counts).map(point).collect()).unwrap();
     FeModel::new(matrices, points).unwrap()
+}
+
+/// Writes the block's matrices with `young` in Pa, and the coordinates of its nodes: `K.mtx`, `M.mtx`, `rows.dof`, `nodes.csv`.
+pub fn write_block(young: f64, folder: &Path) {
+    let model = block(young);
+    let export = ExportFormat::named("matrix_market").unwrap();
+    let files = write_model(&model, export, folder).unwrap();
+    fs::rename(files.dofs.unwrap(), folder.join("rows.dof")).unwrap();
+    let node = |(index, point): (usize, &InterfacePoint)| {
+        let [x, y, z] = point.position_m;
+        format!("{},{x},{y},{z}\n", index + 1)
+    };
+    let nodes: String = model.points().iter().enumerate().map(node).collect();
+    fs::write(folder.join("nodes.csv"), format!("node,x,y,z\n{nodes}")).unwrap();
 }

@@ -48,6 +48,44 @@ fn the_parts_sum_to_the_delivered_work() {
     }
 }
 
+/// Largest differences between the energies of a casting and the sums over its fixtures, relative to its delivered work.
+pub(crate) fn missing_in_fixtures(metrics: &RunMetrics, fixtures_of: &[usize]) -> f64 {
+    let mut fixtures = metrics.fixtures.iter();
+    let mut worst = 0.0_f64;
+    for (casting, count) in metrics.castings.iter().zip(fixtures_of) {
+        let own: Vec<_> = fixtures.by_ref().take(*count).collect();
+        let loss: f64 = own.iter().map(|fixture| fixture.damper_loss_j).sum();
+        let work: f64 = own.iter().map(|fixture| fixture.structure_work_j).sum();
+        let off = (loss - casting.fixture_damper_loss_j).abs().max((work - casting.structure_work_j).abs());
+        worst = worst.max(off / casting.delivered_work_j);
+    }
+    assert!(fixtures.next().is_none());
+    worst
+}
+
+/// Energies through single fixtures are read off the steps; over the fixtures of a casting they sum to its own integrals. Asking for them
+/// changes nothing else.
+#[test]
+fn energies_through_fixtures_sum_to_those_of_their_castings() {
+    let cases: [(&str, &[usize], &[&str]); 4] = [
+        ("paper_rig.toml", &[1], &[]),
+        ("paper_rig.toml", &[1], &["solver.modes=integrated", "solver.guide=spring"]),
+        ("placement.toml", &[4], &["hammer.hammer.rail_position_m=0.11"]),
+        ("three_hammers.toml", &[4, 1], &[]),
+    ];
+    for (study, fixtures_of, settings) in cases {
+        let settings = [settings, &["duration_s=0.4"]].concat();
+        let without = outcome(study, 0, &settings).metrics.unwrap();
+        let with = outcome(study, 0, &[&settings[..], &["outputs.fixture_energy=true"]].concat()).metrics.unwrap();
+        let missing = missing_in_fixtures(&with, fixtures_of);
+        println!("{study} {settings:?}: {missing:.1e} of the delivered work is missing");
+        assert!(missing < 1e-6, "{study} {settings:?}: {missing:e}");
+        assert!(without.fixtures.is_empty());
+        assert!(with.fixtures.iter().all(|fixture| fixture.damper_loss_j > 0.0), "{:?}", with.fixtures);
+        assert!(RunMetrics { fixtures: Vec::new(), ..with } == without, "{study}");
+    }
+}
+
 /// Nearly all work on the rig's casting ends in the fixture's damper, and none where there is no damping: the delivered work falls
 /// by a factor of 30, the energy of the strikes hardly changes.
 #[test]

@@ -123,6 +123,15 @@ fn doses_times_and_probabilities() {
     let extrapolated = with(&wanted(1.5)).cores[0].time_to_dose_s.unwrap();
     let true_time = run(&wanted(1.5), 3.0 * extrapolated).cores[0].time_to_dose_s.unwrap();
     assert!(extrapolated > 0.6 && (extrapolated / true_time - 1.0).abs() < 0.3, "{extrapolated} {true_time}");
+    // The rate bounds: no oscillator grows by more than its dose, the largest dose grows by what it has beyond the first impact's window.
+    let rate = plain.cores[0].dose_rate_98hz_10khz_per_s.unwrap();
+    let after_s = first_impact_s + 0.0051;
+    let before = dose(&run("core_dose_reference_m_s = 1.0", after_s).cores[0]);
+    let grown = rate * (0.6 - first_impact_s - 0.005);
+    assert!(before > 0.0 && (all - before) * 0.999 < grown && grown < all, "{before} {grown} {all}");
+    // A far dose is reached at that rate.
+    let far_s = with(&wanted(1e9)).cores[0].time_to_dose_s.unwrap();
+    assert!((1e9 * all / far_s / rate - 1.0).abs() < 1e-6, "{far_s} {rate}");
     let core = &within.cores[0];
     let strength = (core.pseudo_velocity_98hz_10khz_m_s.unwrap() / 3.0).powi(5);
     assert!((core.break_probability.unwrap() - (1.0 - (-strength).exp())).abs() < 1e-12);

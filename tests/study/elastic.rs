@@ -3,13 +3,13 @@
 use std::fs;
 use std::path::Path;
 
+use decore_dataset::{Columns, TableName};
 use decore_model::run::{RowOutcome, RowStatus};
-use decore_model::structure::{ExportFormat, InterfacePoint, write_model};
 use decore_study::Study;
 use decore_study::engine::{Engine, RowRunner};
 use tempfile::TempDir;
 
-use crate::solid::block;
+use crate::solid::write_block;
 
 /// The part of a study that makes its casting elastic.
 const STRUCTURE: &str = "[casting.part.structure]\nstiffness_file = \"K.mtx\"\nmass_file = \"M.mtx\"\ndof_file = \"rows.dof\"\n\
@@ -28,20 +28,6 @@ fn study(structure: &str) -> String {
          [solver]\ntolerance = 1e-7\n[casting.part]\nmass_kg = 1.0368\ninertia_kg_m2 = [4.49280e-4, 2.350080e-3]\n\
          [casting.part.core.top]\nat_m = [0.03, 0.01, 0.01]\n{pads}{structure}"
     )
-}
-
-/// Writes the block's matrices with `young` in Pa.
-fn write(young: f64, folder: &Path) {
-    let model = block(young);
-    let export = ExportFormat::named("matrix_market").unwrap();
-    let files = write_model(&model, export, folder).unwrap();
-    fs::rename(files.dofs.unwrap(), folder.join("rows.dof")).unwrap();
-    let node = |(index, point): (usize, &InterfacePoint)| {
-        let [x, y, z] = point.position_m;
-        format!("{},{x},{y},{z}\n", index + 1)
-    };
-    let nodes: String = model.points().iter().enumerate().map(node).collect();
-    fs::write(folder.join("nodes.csv"), format!("node,x,y,z\n{nodes}")).unwrap();
 }
 
 fn engine(text: &str, folder: &Path) -> Result<Engine, String> {
@@ -77,7 +63,7 @@ fn a_stiff_casting_is_the_rigid_one() {
     let rigid = outcome(&study(""), folder.path());
     let steps = |outcome: &RowOutcome| outcome.counters.steps as f64;
     for stiffer in [1e5, 1e8] {
-        write(70e9 * stiffer, folder.path());
+        write_block(70e9 * stiffer, folder.path());
         let stiff = outcome(&study(STRUCTURE), folder.path());
         for (found, expected) in figures(&stiff).into_iter().zip(figures(&rigid)) {
             println!("{stiffer:e}: {found} instead of {expected}: {:.1e}", found / expected - 1.0);
@@ -85,16 +71,52 @@ fn a_stiff_casting_is_the_rigid_one() {
         }
         assert!(steps(&stiff) < 1.2 * steps(&rigid), "{} and {}", steps(&stiff), steps(&rigid));
     }
-    write(70e9, folder.path());
+    write_block(70e9, folder.path());
     let soft = figures(&outcome(&study(STRUCTURE), folder.path()));
     assert!((soft[0] / figures(&rigid)[0] - 1.0).abs() < 1e-4 && (soft[2] / figures(&rigid)[2] - 1.0).abs() > 1e-3);
+}
+
+/// Strain energy is an output of elastic castings alone; a stiff casting hardly strains.
+#[test]
+fn strain_energy_of_elastic_castings_alone() {
+    let folder = TempDir::new().unwrap();
+    let columns = |text: &str| {
+        let columns = Columns::new(&engine(text, folder.path()).unwrap().info()).unwrap();
+        let named = |table| columns.describe(table).into_iter().map(|column| column.name);
+        let strain = named(TableName::Runs).chain(named(TableName::Blows)).filter(|name| name.contains("strain"));
+        strain.collect::<Vec<_>>()
+    };
+    let peak = |young: f64| {
+        write_block(young, folder.path());
+        let outcome = outcome(&study(STRUCTURE), folder.path());
+        let metrics = outcome.metrics.unwrap();
+        let blows_j = metrics.blows.iter().map(|blow| blow.strain.as_ref().unwrap().casting_strain_energy_j);
+        let [peak_j, last_j] = [metrics.elastic[0].peak_strain_energy_j, blows_j.fold(0.0, f64::max)];
+        assert!(metrics.castings.len() == 1 && 0.0 < last_j && last_j < peak_j, "{last_j} {peak_j}");
+        peak_j
+    };
+    let (soft, stiff) = (peak(70e9), peak(70e9 * 1e4));
+    assert!(soft > 1e-3 && stiff < 1e-3 * soft, "{soft} {stiff}");
+    assert_eq!(
+        columns(&study(STRUCTURE)),
+        [
+            "part_peak_strain_energy_j",
+            "part_peak_strain_energy_time_s",
+            "part_first_impact_strain_energy_j",
+            "part_periodic_strain_energy_mean_j",
+            "casting_strain_energy_j"
+        ]
+    );
+    assert!(columns(&study("")).is_empty());
+    let rigid = outcome(&study(""), folder.path()).metrics.unwrap();
+    assert!(rigid.elastic.is_empty() && rigid.blows.iter().all(|blow| blow.strain.is_none()));
 }
 
 /// Faults name the casting and the way out.
 #[test]
 fn faults_of_an_elastic_casting() {
     let folder = TempDir::new().unwrap();
-    write(70e9, folder.path());
+    write_block(70e9, folder.path());
     let text = study(STRUCTURE);
     let reason = |text: &str| match engine(text, folder.path()) {
         Err(error) => error,

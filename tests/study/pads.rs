@@ -3,6 +3,7 @@
 use std::fs;
 use std::path::Path;
 
+use decore_dataset::{Columns, TableName};
 use decore_model::metrics::RunMetrics;
 use decore_model::run::{RowOutcome, RowStatus};
 use decore_study::Study;
@@ -48,6 +49,27 @@ fn metrics(text: &str) -> RunMetrics {
     let metrics = outcome.metrics.unwrap();
     assert!(metrics.totals.energy_residual.abs() < 1e-4, "{:e}", metrics.totals.energy_residual);
     metrics
+}
+
+/// Each pad has energies if the study asks for them; they sum to those of the casting, lift-offs included.
+#[test]
+fn energies_through_pads() {
+    let text = format!("{}\n[outputs]\nfixture_energy = true\n", study(&clamps(1000.0)));
+    let folder = TempDir::new().unwrap();
+    let columns = Columns::new(&engine(&text, folder.path()).unwrap().info()).unwrap().describe(TableName::Runs);
+    assert!(columns.iter().any(|column| column.name == "part_fixture_left_structure_work_j" && column.unit == "J"));
+    assert!(columns.iter().any(|column| column.name == "part_fixture_a_damper_loss_j" && column.less));
+    let metrics = metrics(&text);
+    assert!(metrics.pads.iter().any(|pad| pad.lift_off_count > 0) && metrics.fixtures.len() == 6);
+    let casting = &metrics.castings[0];
+    let loss: f64 = metrics.fixtures.iter().map(|fixture| fixture.damper_loss_j).sum();
+    let work: f64 = metrics.fixtures.iter().map(|fixture| fixture.structure_work_j).sum();
+    let off = (loss - casting.fixture_damper_loss_j).abs().max((work - casting.structure_work_j).abs());
+    println!("{:.1e} of the delivered work is missing", off / casting.delivered_work_j);
+    assert!(off < 1e-6 * casting.delivered_work_j, "{off:e}");
+    // A clamp of constant force has no damper.
+    assert!(metrics.fixtures[..4].iter().all(|fixture| fixture.damper_loss_j > 0.0));
+    assert!(metrics.fixtures[4..].iter().all(|fixture| fixture.damper_loss_j == 0.0));
 }
 
 /// Pads carry weight and clamps by the law of the lever; their least and largest forces are those of the signals; more clamping force

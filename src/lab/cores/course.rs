@@ -32,8 +32,6 @@ pub(super) struct Courses {
     pub cores: Vec<String>,
     /// For each row the course of each core point; `None` where it has no dose.
     pub rows: BTreeMap<u64, Vec<Option<Course>>>,
-    /// Whether rates include the first impact, as the study states no dose that is wanted.
-    pub rough: bool,
 }
 
 impl Course {
@@ -49,10 +47,9 @@ impl Course {
         time_s.is_finite().then(|| time_s.max(self.start_s))
     }
 
-    /// `wanted`: another dose, and the time at which the row reaches it.
-    fn new(dose: f64, [end_s, start_s]: [f64; 2], wanted: Option<(f64, f64)>) -> Option<Self> {
-        let rate = wanted.map(|(other, time_s)| (other - dose) / (time_s - end_s)).filter(|rate| rate.is_finite());
-        let rate_per_s = rate.unwrap_or(dose / (end_s - start_s));
+    /// Without a rate the row has no first impact within the run: its dose does not grow.
+    fn new(dose: f64, [end_s, start_s]: [f64; 2], rate_per_s: Option<f64>) -> Option<Self> {
+        let rate_per_s = rate_per_s.unwrap_or(0.0);
         (dose.is_finite() && rate_per_s >= 0.0).then_some(Self { dose, end_s, start_s, rate_per_s })
     }
 }
@@ -74,24 +71,23 @@ impl Courses {
             columns.iter().filter(is_it).collect::<Vec<_>>()
         };
         let doses = of(ColumnGroup::Core, CoreMetrics::dose_98hz_10khz.name);
-        let times = of(ColumnGroup::Core, CoreMetrics::time_to_dose_s.name);
+        let rates = of(ColumnGroup::Core, CoreMetrics::dose_rate_98hz_10khz_per_s.name);
         let starts = of(ColumnGroup::Hammer, HammerMetrics::first_impact_time_s.name);
-        if doses.is_empty() || doses.len() != times.len() {
+        if doses.is_empty() || doses.len() != rates.len() {
             return Err(CoresError::NoDoses);
         }
         let keys = [RowRecord::row.name, RowOutcome::status.name, RowOutcome::time_reached_s.name];
-        let further = doses.iter().chain(&times).chain(&starts).map(|column| column.name.as_str());
+        let further = doses.iter().chain(&rates).chain(&starts).map(|column| column.name.as_str());
         let names: Vec<&str> = keys.into_iter().chain(further).collect();
         let cores = doses.iter().filter_map(|column| column.subject.clone()).collect();
-        let mut found = Self { cores, rows: BTreeMap::new(), rough: outline.core_wanted_dose.is_none() };
+        let mut found = Self { cores, rows: BTreeMap::new() };
         reader.visit(TableName::Runs, &names, |cells| {
             let [Some(Value::Count(row)), Some(Value::Text(status)), Some(Value::Real(end_s)), figures @ ..] = cells
             else {
                 return;
             };
             if *status == RowStatus::Done.name() {
-                let courses = courses(figures, doses.len(), (*end_s, outline.core_wanted_dose));
-                found.rows.insert(*row, courses);
+                found.rows.insert(*row, courses(figures, doses.len(), *end_s));
             }
         })?;
         if found.rows.values().flatten().all(Option::is_none) {
@@ -101,12 +97,12 @@ impl Courses {
     }
 }
 
-/// Courses of a row from its doses, its times to the dose that is wanted, and the first impacts of the hammers.
-fn courses(figures: &[Cell<'_>], cores: usize, (end_s, wanted): (f64, Option<f64>)) -> Vec<Option<Course>> {
+/// Courses of a row from its doses, their rates, and the first impacts of the hammers.
+fn courses(figures: &[Cell<'_>], cores: usize, end_s: f64) -> Vec<Option<Course>> {
     let number = |place: usize| figures.get(place)?.and_then(|cell| cell.number()).filter(|number| number.is_finite());
     let impacts = (2 * cores..figures.len()).filter_map(number);
     let start_s = impacts.reduce(f64::min).unwrap_or(0.0);
-    let course = |core: usize| Course::new(number(core)?, [end_s, start_s], wanted.zip(number(cores + core)));
+    let course = |core: usize| Course::new(number(core)?, [end_s, start_s], number(cores + core));
     (0..cores).map(course).collect()
 }
 
@@ -116,13 +112,9 @@ mod tests {
 
     #[test]
     fn doses_grow_along_a_line() {
-        // 200 at 1 s, 1000 at 5 s: 200 per second.
-        let course = Course::new(200.0, [1.0, 0.1], Some((1000.0, 5.0))).unwrap();
+        let course = Course::new(200.0, [1.0, 0.1], Some(200.0)).unwrap();
         assert_eq!((course.rate_per_s, course.dose_at(3.0), course.time_s(1000.0)), (200.0, Some(600.0), Some(5.0)));
         assert_eq!((course.dose_at(0.05), course.time_s(1.0)), (None, Some(0.1)));
-        // Without a dose that is wanted: 180 within 0.9 s.
-        let rough = Course::new(180.0, [1.0, 0.1], None).unwrap();
-        assert_eq!(rough.rate_per_s, 200.0);
         let still = Course::new(0.0, [1.0, 0.1], None).unwrap();
         assert_eq!((still.dose_at(9.0), still.time_s(1.0)), (None, None));
     }

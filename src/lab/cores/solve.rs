@@ -67,7 +67,7 @@ pub fn solve(reader: &DatasetReader, settings: &CoreSettings) -> Result<(CoreTes
         rows,
         rows_done: courses.rows.len(),
         rows_without_time,
-        warnings: warnings(out, &courses),
+        warnings: few(out),
         tests,
     };
     Ok((found, times(&courses, median, next_core)))
@@ -109,17 +109,10 @@ fn slowest(courses: &Courses, dose: Between) -> Vec<RowTimes> {
     rows
 }
 
-fn warnings(out: usize, courses: &Courses) -> Vec<String> {
+/// Warns of few cores that were out.
+fn few(out: usize) -> Vec<String> {
     let few = (out < FEW).then(|| format!("only {out} tests ended with a core that was out: the intervals are wide"));
-    let rough = courses.rough.then(|| {
-        let largest = courses.rows.values().flatten().flatten().map(|course| course.dose).fold(0.0, f64::max);
-        format!(
-            "the study sets no `core_wanted_dose`, so the growth of the dose includes the first impact: set it above the doses of the \
-             runs, e.g. to {:.0e}, and run the study again",
-            10.0 * largest
-        )
-    });
-    few.into_iter().chain(rough).collect()
+    few.into_iter().collect()
 }
 
 /// The table of all core points.

@@ -6,6 +6,15 @@ use serde::Serialize;
 use decore_quantity::{named, quantities};
 
 quantities! {
+    /// What one blow left in an elastic casting.
+    #[derive(Debug, Clone, Default, PartialEq, Serialize, JsonSchema)]
+    pub struct BlowStrain {
+        /// Strain energy of an elastic casting at the end of the blow's window, beyond rest.
+        pub casting_strain_energy_j: f64 => "J",
+    }
+}
+
+quantities! {
     /// What one blow did.
     #[derive(Debug, Clone, Default, PartialEq, Serialize, JsonSchema)]
     pub struct Blow {
@@ -40,6 +49,9 @@ quantities! {
         pub strike_energy_j: f64 => "J",
         /// Momentum given to the casting by the strike: the impulse of the chisel-casting force over that time.
         pub strike_momentum_n_s: f64 => "N s",
+        /// Strain of an elastic casting; absent for a rigid one.
+        #[serde(flatten, skip_serializing_if = "Option::is_none")]
+        pub strain: Option<BlowStrain>,
     }
 }
 

@@ -37,6 +37,9 @@ quantities! {
         pub dose_98hz_10khz: Option<f64> => "1",
         /// Natural frequency of the oscillator with the largest dose.
         pub dose_frequency_hz: Option<f64> => "Hz",
+        /// Growth of the dose per second from the end of the first impact's window to the end of the run, the largest over 98 Hz to 10 kHz.
+        /// None without a first impact.
+        pub dose_rate_98hz_10khz_per_s: Option<f64> => "1/s",
         /// Time at which the dose reaches `outputs.core_wanted_dose`; beyond the run it is extrapolated with the mean rate since the first
         /// impact's window. None where the dose does not grow.
         pub time_to_dose_s: Option<f64> => "s" [less],
@@ -98,6 +101,8 @@ struct CorePointTrack {
     first_impact: Option<[f64; BAND]>,
     /// Its largest velocity in the present window.
     largest: PointPeak,
+    /// End of the first impact's window in s, and the doses then.
+    since: Option<(f64, [f64; BAND])>,
     wanted: Option<Wanted>,
 }
 
@@ -105,8 +110,6 @@ struct CorePointTrack {
 struct Wanted {
     dose: f64,
     reached_s: Option<f64>,
-    /// End of the first impact's window in s, and the doses then.
-    since: Option<(f64, [f64; BAND])>,
 }
 
 /// A motion of which those of points are sums: of a rigid casting's freedoms, or of the points themselves where these are fewer.
@@ -270,7 +273,8 @@ impl CastingCores {
             response: ShockResponse::new(damage),
             first_impact: None,
             largest: PointPeak::new(velocities.start, row),
-            wanted: outputs.core_wanted_dose.map(|dose| Wanted { dose, reached_s: None, since: None }),
+            since: None,
+            wanted: outputs.core_wanted_dose.map(|dose| Wanted { dose, reached_s: None }),
         };
         let points = rows.iter().enumerate().map(point).collect();
         let shocks = vec![ShockMotion::AT_REST; motions.len()];
@@ -294,9 +298,7 @@ impl CastingCores {
             if seen.has_first {
                 let before = point.first_impact.unwrap_or_default();
                 point.first_impact = Some(std::array::from_fn(|k| before[k].max(window[k])));
-                if let Some(wanted) = &mut point.wanted {
-                    wanted.since.get_or_insert_with(|| (now_s, point.response.doses()));
-                }
+                point.since.get_or_insert_with(|| (now_s, point.response.doses()));
             }
         }
         self.seen.push(seen);
@@ -327,7 +329,11 @@ impl CorePointTrack {
             let most = largest_at(&doses);
             to.dose_98hz_10khz = Some(doses[most]);
             to.dose_frequency_hz = Some(frequencies_hz[most]);
-            to.time_to_dose_s = self.wanted.and_then(|wanted| wanted.time_s(&doses, end_s));
+            let rates = self.since.filter(|(since_s, _)| *since_s < end_s).map(|(since_s, before)| {
+                std::array::from_fn::<f64, BAND, _>(|k| (doses[k] - before[k]) / (end_s - since_s))
+            });
+            to.dose_rate_98hz_10khz_per_s = rates.map(|rates| rates[largest_at(&rates)]);
+            to.time_to_dose_s = self.wanted.and_then(|wanted| wanted.time_s((&doses, end_s), rates.as_ref()));
         }
         to.spectrum = Some(CoreSpectrum {
             first_impact_pseudo_velocity_m_s: self.first_impact.unwrap_or([0.0; BAND]).to_vec(),
@@ -337,16 +343,12 @@ impl CorePointTrack {
 }
 
 impl Wanted {
-    /// When the dose is reached, within the run or beyond it.
-    fn time_s(&self, doses: &[f64; BAND], end_s: f64) -> Option<f64> {
+    /// When the dose is reached, within the run or beyond it at these rates in 1/s.
+    fn time_s(&self, (doses, end_s): (&[f64; BAND], f64), rates: Option<&[f64; BAND]>) -> Option<f64> {
         if self.reached_s.is_some() {
             return self.reached_s;
         }
-        let (since_s, before) = self.since.as_ref()?;
-        let times = doses.iter().zip(before).map(|(dose, before)| {
-            let rate = (dose - before) / (end_s - since_s);
-            end_s + (self.dose - dose) / rate
-        });
+        let times = doses.iter().zip(rates?).map(|(dose, rate)| end_s + (self.dose - dose) / rate);
         Some(times.fold(f64::INFINITY, f64::min)).filter(|time| time.is_finite())
     }
 }

@@ -1,6 +1,6 @@
 //! What is kept of one hammer while it works, and the outputs that follow from it.
 
-use super::blow::{Blow, BlowKind, Recorded};
+use super::blow::{Blow, BlowKind, BlowStrain, Recorded};
 use super::contacts::ContactTrack;
 use super::instant::Instant;
 use super::outputs::HammerMetrics;
@@ -8,6 +8,7 @@ use super::peak::{Probe, peak, reach, terms};
 use super::percussion::judge;
 use super::statistics::{error_of_mean, mean, variance};
 use super::steady::{self, Interval, ShownTime, Sure};
+use super::strain::StrainGauge;
 use super::warning::Warning;
 use crate::hammer::body;
 use crate::integrate::{Step, Switching};
@@ -40,6 +41,8 @@ pub(super) struct HammerTrack {
     contacts: ContactTrack,
     /// Velocities of the casting that it strikes, as components of the state.
     casting: Vec<usize>,
+    /// Strain of that casting; `None` if it is rigid.
+    strain: Option<StrainGauge>,
     blows: usize,
     last_blow_s: f64,
     gated_s: f64,
@@ -56,6 +59,7 @@ impl HammerTrack {
         Self {
             hammer,
             casting: model.velocities(PartId::Casting(scene.hammers[hammer].casting)).collect(),
+            strain: StrainGauge::new(model, scene, scene.hammers[hammer].casting),
             contacts: ContactTrack::new(model.hammers()[hammer].strike, settings.contact_separation_s, travel_m),
             settings,
             impact_of: 0,
@@ -86,7 +90,11 @@ impl HammerTrack {
         window.watch(system, step, Probe { support: &self.casting, scratch });
         if window.end_s <= step.t1() {
             let theta = step.fraction(window.end_s);
-            self.close(system, |index| step.component(index, theta));
+            let strain_j = self.strain.as_mut().map(|strain| {
+                step.state(theta, scratch);
+                strain.energy_j(system, Instant { t: step.time(theta), y: scratch })
+            });
+            self.close(system, strain_j, |index| step.component(index, theta));
         }
     }
 
@@ -138,7 +146,10 @@ impl HammerTrack {
     }
 
     fn start(&mut self, kind: BlowKind, system: &Coupled, Instant { t, y }: Instant<'_>) {
-        self.close(system, |index| y[index]);
+        let is_open = self.window.is_some();
+        let strain = self.strain.as_mut().filter(|_| is_open);
+        let strain_j = strain.map(|strain| strain.energy_j(system, Instant { t, y }));
+        self.close(system, strain_j, |index| y[index]);
         let model = system.model();
         let slot = &model.hammers()[self.hammer];
         let quadrature = |q| y[model.layout().quadrature(self.hammer, q)];
@@ -170,14 +181,15 @@ impl HammerTrack {
         self.last_blow_s = t;
     }
 
-    /// Closes the window, if one is open; `component` reads the state at its end.
-    fn close(&mut self, system: &Coupled, component: impl Fn(usize) -> f64) {
+    /// Closes the window, if one is open; `component` reads the state at its end, and `strain_j` is the casting's strain energy then.
+    fn close(&mut self, system: &Coupled, strain_j: Option<f64>, component: impl Fn(usize) -> f64) {
         let Some(OpenWindow { mut recorded, impulse_at_start, .. }) = self.window.take() else { return };
         let quadrature = |q| component(system.model().layout().quadrature(self.hammer, q));
         let work_at_start = recorded.work_before_j;
         let blow = &mut recorded.blow;
         blow.work_j = quadrature(HammerQuadrature::Work) - work_at_start;
         blow.impulse_n_s = quadrature(HammerQuadrature::Impulse) - impulse_at_start;
+        blow.strain = strain_j.map(|casting_strain_energy_j| BlowStrain { casting_strain_energy_j });
         if blow.kind.is_percussion() {
             blow.kind = self.kind_of(blow);
         }

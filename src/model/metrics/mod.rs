@@ -18,6 +18,7 @@ mod blow;
 mod casting;
 mod contacts;
 mod core;
+mod fixture;
 mod hammer;
 mod instant;
 mod numerical;
@@ -34,11 +35,13 @@ mod signal_means;
 mod signals;
 mod statistics;
 mod steady;
+mod strain;
 mod warning;
 
 pub use aggregates::Aggregates;
-pub use blow::{Blow, BlowKind};
+pub use blow::{Blow, BlowKind, BlowStrain};
 pub use core::{CoreMetrics, CoreSpectrum, CoreTotals, spectrum_frequencies_hz};
+pub use fixture::FixtureMetrics;
 pub use outputs::{
     CastingMetrics, ERRING, HammerMetrics, NumericalErrors, RunMetrics, RunTotals, Scatter, ScatterOf, duration_for,
 };
@@ -51,4 +54,5 @@ pub use signal_means::{MeanRecorder, MeanSettings};
 pub use signals::{
     CastingNames, CastingSignals, FixtureSignals, HammerSignals, Instant, Signal, SignalOf, SignalRecorder, signal_list,
 };
+pub use strain::ElasticMetrics;
 pub use warning::Warning;

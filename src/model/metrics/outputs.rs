@@ -7,8 +7,10 @@ use serde::Serialize;
 
 use super::blow::Blow;
 use super::core::{CoreMetrics, CoreTotals};
+use super::fixture::FixtureMetrics;
 use super::pad::PadMetrics;
 use super::percussion::Percussion;
+use super::strain::ElasticMetrics;
 use decore_quantity::quantities;
 
 quantities! {
@@ -185,8 +187,8 @@ quantities! {
         pub measuring_point_peak_velocity_m_s: Option<f64> => "m/s" [less],
         /// Energy given to the casting by the strikes of all blows on it.
         pub strike_energy_j: f64 => "J" main,
-        /// Work of all hammers on this casting over the run. It is the sum of `fixture_damper_loss_j`, `fixture_spring_energy_j`,
-        /// `structure_work_j` and `kinetic_energy_j`.
+        /// Work of all hammers on this casting over the run. On a rigid casting it is the sum of `fixture_damper_loss_j`,
+        /// `fixture_spring_energy_j`, `structure_work_j` and `kinetic_energy_j`.
         pub delivered_work_j: f64 => "J",
         /// Part of the delivered work lost in the dampers of the casting's fixtures.
         pub fixture_damper_loss_j: f64 => "J" main [less],
@@ -231,12 +233,16 @@ pub struct RunMetrics {
     pub hammers: Vec<HammerMetrics>,
     /// One entry per casting.
     pub castings: Vec<CastingMetrics>,
+    /// One entry per elastic casting.
+    pub elastic: Vec<ElasticMetrics>,
     /// One entry per core point, casting by casting.
     pub cores: Vec<CoreMetrics>,
     /// Over all core points; `None` unless the study asks for their spectra.
     pub core_totals: Option<CoreTotals>,
     /// One entry per one-sided fixture, casting by casting.
     pub pads: Vec<PadMetrics>,
+    /// One entry per fixture, casting by casting; empty unless the study asks for their energies.
+    pub fixtures: Vec<FixtureMetrics>,
     /// Longest time in s for which each casting was off all its fixtures. Decides whether the row is valid; no output.
     #[serde(skip)]
     pub flights_s: Vec<f64>,

@@ -33,7 +33,7 @@ pub(super) fn peak(
     step: &Step<'_>,
     theta_end: f64,
     Probe { support, scratch }: Probe<'_>,
-    quantity: impl Fn(f64, &[f64]) -> f64,
+    mut quantity: impl FnMut(f64, &[f64]) -> f64,
 ) -> (f64, f64) {
     let mut at = |theta: f64| {
         step.components(support, theta, scratch);

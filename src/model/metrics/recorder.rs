@@ -3,10 +3,12 @@
 use super::audit::{chamber_residual, energy_residual};
 use super::casting::CastingTrack;
 use super::core::{CoreTotals, CoreTracks};
+use super::fixture::FixtureTracks;
 use super::hammer::{Finished, HammerTrack};
 use super::instant::Instant;
 use super::outputs::{CastingMetrics, RunMetrics, RunTotals};
 use super::pad::PadTracks;
+use super::strain::StrainTrack;
 use super::warning::Warning;
 use crate::integrate::{Observer, Step};
 use crate::scene::{HammerLink, Owner, Scene};
@@ -20,6 +22,9 @@ pub struct Recorder {
     cores: Option<CoreTracks>,
     core_names: Vec<String>,
     pads: PadTracks,
+    /// `None` where no energies of fixtures are asked for.
+    fixtures: Option<FixtureTracks>,
+    strains: Vec<StrainTrack>,
     scratch: Vec<f64>,
 }
 
@@ -33,6 +38,8 @@ impl Recorder {
             cores: CoreTracks::new(model, scene),
             core_names: scene.core_names(),
             pads: PadTracks::new(model, scene),
+            fixtures: FixtureTracks::new(model, scene),
+            strains: StrainTrack::all(model, scene),
             scratch: vec![0.0; layout.dimension()],
         }
     }
@@ -68,7 +75,20 @@ impl Recorder {
         };
         let (pads, flights_s) = self.pads.finish(t);
         let core_totals = CoreTotals::of(&cores, &self.core_names);
-        RunMetrics { hammers, castings, cores, core_totals, pads, flights_s, blows, totals, ..RunMetrics::default() }
+        let elastic = self.strains.into_iter().map(|track| track.finish(&blows)).collect();
+        RunMetrics {
+            hammers,
+            castings,
+            elastic,
+            cores,
+            core_totals,
+            pads,
+            fixtures: self.fixtures.map_or_else(Vec::new, FixtureTracks::finish),
+            flights_s,
+            blows,
+            totals,
+            ..RunMetrics::default()
+        }
     }
 }
 
@@ -99,6 +119,8 @@ impl Observer<Coupled> for Recorder {
             cores.step(system, step, &mut self.scratch);
         }
         self.pads.step(system, step, &mut self.scratch);
+        self.fixtures.iter_mut().for_each(|tracks| tracks.step(system, step, &mut self.scratch));
+        self.strains.iter_mut().for_each(|track| track.step(system, step, &mut self.scratch));
         for track in &mut self.castings {
             track.step(step, &mut self.scratch);
         }

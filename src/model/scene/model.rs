@@ -187,6 +187,9 @@ parameters! { file
             /// Whether shock spectra and doses are computed at the core points of the castings. Default false.
             #[serde(skip_serializing_if = "std::ops::Not::not")]
             pub core_spectra: bool,
+            /// Whether the energy through each fixture is computed. It is read off the steps and costs no state. Default false.
+            #[serde(skip_serializing_if = "std::ops::Not::not")]
+            pub fixture_energy: bool,
         }
         /// Interval of the signals that are kept, over which they are averaged: a filter without phase whose gain at the frequency f is
         /// |sinc(f interval)|, 0.64 at half the sampling rate.

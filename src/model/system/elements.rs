@@ -104,6 +104,17 @@ pub(super) struct Series {
     pub contacts: DMatrix<f64>,
     /// Of each elastic part by its first column: what the forces add to the motion of its watched points.
     pub watched: BTreeMap<usize, WatchedResidual>,
+    /// Of each elastic part by its first column: its own R along the elements that act on it.
+    pub own: BTreeMap<usize, OwnResidual>,
+}
+
+/// Residual flexibility of one elastic part along the elements that act on it. Under their forces F it holds `F' R F / 2`.
+#[derive(Debug, Clone)]
+pub(super) struct OwnResidual {
+    /// The elements.
+    pub elements: Vec<ElementId>,
+    /// R in m/N, elements x elements.
+    pub flexibility: DMatrix<f64>,
 }
 
 /// Residual motion `R_w F` of watched points, a row for each: with the elongations d of springs and the forces `F_c` of contacts
@@ -299,8 +310,11 @@ impl Elements {
             (*first, WatchedResidual { elongations, rates_s: of_springs * &damping, contacts })
         });
         let watched = watched.collect();
+        let own = residuals.iter().zip(&shares);
+        let own =
+            own.map(|((first, residual), shares)| (*first, OwnResidual::new(residual, shares, springs))).collect();
         self.rows = self.coupled_rows(&contacts);
-        self.series = Some(Series { stiffness, damping, contacts, watched });
+        self.series = Some(Series { stiffness, damping, contacts, watched, own });
         Ok(self)
     }
 
@@ -384,6 +398,42 @@ impl Elements {
         let entries = self.rows.indptr().outer_inds_sz(row);
         let points = self.rows.indices()[entries.clone()].iter().copied();
         points.zip(self.rows.data()[entries].iter().copied())
+    }
+}
+
+/// Force of a spring in series with a residual flexibility, N.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct SeriesForce {
+    /// Force beyond that at rest.
+    pub force_n: f64,
+    /// Part of it that damps.
+    pub damped_n: f64,
+}
+
+impl Series {
+    /// Force of a spring from elongation in m and rate in m/s of each spring, and the force of each contact beyond that at rest, N.
+    pub fn spring_force(&self, spring: usize, motions: &[[f64; 2]], contacts: &[f64]) -> SeriesForce {
+        let sum = |of: &DMatrix<f64>, values: &dyn Fn(usize) -> f64| {
+            (0..of.ncols()).map(|other| of[(spring, other)] * values(other)).sum::<f64>()
+        };
+        let damped_n = sum(&self.damping, &|other| motions[other][1]);
+        let elastic_n = sum(&self.stiffness, &|other| motions[other][0]) - sum(&self.contacts, &|at| contacts[at]);
+        SeriesForce { force_n: elastic_n + damped_n, damped_n }
+    }
+}
+
+impl OwnResidual {
+    /// Of a part on whose points the elements act by these shares, elements x points; springs come first.
+    fn new(residual: &Residual, shares: &DMatrix<f64>, springs: usize) -> Self {
+        let acts = |element: &usize| shares.row(*element).iter().any(|share| *share != 0.0);
+        let acting: Vec<usize> = (0..shares.nrows()).filter(acts).collect();
+        let id = |element: &usize| match element.checked_sub(springs) {
+            Some(contact) => ElementId::Contact(contact),
+            None => ElementId::Spring(*element),
+        };
+        let shares = shares.select_rows(&acting);
+        let flexibility = &shares * &residual.flexibility * shares.transpose();
+        Self { elements: acting.iter().map(id).collect(), flexibility }
     }
 }
 

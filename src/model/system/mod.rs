@@ -17,6 +17,7 @@
 //! - `discrete`: contacts, supplies and gates
 //! - `coupled`: the model with its discrete state
 //! - `motion`: motion of points and elements, forces and energies at a state
+//! - `fixture_gauge`: powers of single fixtures at a state
 //! - `rates`: the right-hand side, for one row or one in each lane
 //! - `lanes`: rows of one shape side by side
 //! - `integration`: the system for the integrator
@@ -27,6 +28,7 @@ mod coupled;
 mod discrete;
 mod dissipation;
 mod elements;
+mod fixture_gauge;
 mod force_integrals;
 mod impulse_response;
 mod integration;
@@ -48,6 +50,7 @@ pub use assemble::{build, build_placed};
 
 pub use coupled::Coupled;
 pub use elements::LinkFlexibility;
+pub use fixture_gauge::{FixtureGauge, FixturePower};
 pub(crate) use lanes::{CoupledLanes, Shape};
 pub(crate) use layout::CastingQuadrature;
 pub use layout::HammerQuadrature;

@@ -4,7 +4,7 @@ use crate::hammer::{HammerState, body};
 use crate::scene::{Owner, PartId, PointId};
 use crate::system::block::Block;
 use crate::system::coupled::Coupled;
-use crate::system::elements::{Contact, ElementId, Series};
+use crate::system::elements::{Contact, ElementId, OwnResidual, Series};
 
 impl Coupled {
     /// Displacement and velocity of a point at time `t`.
@@ -44,7 +44,7 @@ impl Coupled {
     }
 
     /// Displacement and velocity of a column of the elements' rows.
-    fn column_motion(&self, column: usize, t: f64, y: &[f64]) -> [f64; 2] {
+    pub(super) fn column_motion(&self, column: usize, t: f64, y: &[f64]) -> [f64; 2] {
         let layout = &self.model.layout;
         if column < layout.bodies {
             return [y[layout.position(column)], y[layout.velocity(column)]];
@@ -125,6 +125,37 @@ impl Coupled {
         energy
     }
 
+    /// Strain energy of a part at a state beyond rest, J: `sum omega^2 x^2 / 2` over its modes, and `F' R F / 2` of its residual
+    /// flexibility under the forces of its links; 0 for a rigid part. `forces` is scratch memory, a number per element.
+    pub fn strain_energy(&self, part: PartId, (t, y): (f64, &[f64]), forces: &mut [f64]) -> f64 {
+        let parts = self.model.parts.iter().zip(&self.blocks);
+        let Some((part, block)) = parts.filter(|(known, _)| known.id == part).next() else { return 0.0 };
+        let Some(modes) = block.modes() else { return 0.0 };
+        let mut energy = 0.0;
+        block.each_mode(part.states_of(t, y), |mode, [x, _]| energy += 0.5 * modes.omega_squared[mode] * x * x);
+        let own = self.model.elements.series().and_then(|series| series.own.get(&part.columns.start));
+        let Some(OwnResidual { elements, flexibility }) = own else { return energy };
+        for (force, element) in forces.iter_mut().zip(elements) {
+            *force = self.element_force(*element, t, y);
+        }
+        for (column, force) in flexibility.column_iter().zip(&*forces) {
+            let motion = column.iter().zip(&*forces).fold(0.0, |sum, (flexibility, other)| sum + flexibility * other);
+            energy += 0.5 * motion * force;
+        }
+        energy
+    }
+
+    /// Rate of the strain energy of a part's modes, W: `sum omega^2 x x'`.
+    pub fn strain_power(&self, part: PartId, (t, y): (f64, &[f64])) -> f64 {
+        let mut power = 0.0;
+        let parts = self.model.parts.iter().zip(&self.blocks);
+        for (part, block) in parts.filter(|(known, _)| known.id == part) {
+            let Some(modes) = block.modes() else { continue };
+            block.each_mode(part.states_of(t, y), |mode, [x, v]| power += modes.omega_squared[mode] * x * v);
+        }
+        power
+    }
+
     /// Energy stored in the springs of a casting's fixtures at a state, J.
     pub fn fixture_energy(&self, casting: usize, t: f64, y: &[f64]) -> f64 {
         let holds = |owner: Owner| matches!(owner, Owner::Fixture(fixture) if fixture.casting == casting);
@@ -149,8 +180,8 @@ impl Coupled {
                     stiffness[(row, other)] * d + damping[(row, other)] * rate
                 });
                 let of_contacts = (0..contacts.ncols()).filter(|contact| contacts[(row, *contact)] != 0.0);
-                let of_contacts =
-                    of_contacts.map(|contact| contacts[(row, contact)] * self.contact_force(contact, t, y));
+                let of_contacts = of_contacts
+                    .map(|contact| contacts[(row, contact)] * self.element_force(ElementId::Contact(contact), t, y));
                 of_springs.sum::<f64>() - of_contacts.sum::<f64>()
             }
         }

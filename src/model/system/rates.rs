@@ -120,6 +120,13 @@ impl<R: Number> RowEntries<'_, R> {
         sums
     }
 
+    /// Power of the force on some of the columns.
+    #[inline(always)]
+    fn work_on(&self, columns: &Range<usize>, force: R, velocity: &[R]) -> R {
+        let acting = self.entries().filter(|(column, _)| columns.contains(column));
+        acting.fold(R::splat(0.0), |sum, (column, c)| sum - c * force * velocity[column])
+    }
+
     /// Adds `-r' f` to the forces on the points.
     #[inline(always)]
     fn apply(&self, force: R, forces: &mut [R]) {
@@ -404,14 +411,16 @@ impl<R: Number> Rates<R> {
                     rate[layout.quadrature(hammer, HammerQuadrature::Work)] = work;
                     rate[layout.quadrature(hammer, HammerQuadrature::Impulse)] = force;
                     if !self.series[0].is_empty() {
-                        let through = row.entries().filter(|(column, _)| self.machine.contains(column));
-                        let carried = through.fold(none, |sum, (column, c)| sum - c * force * velocity[column]);
+                        let carried = row.work_on(&self.machine, force, velocity);
                         rate[layout.casting_quadrature(casting, CastingQuadrature::StructureWork)] += carried;
                     }
                 }
                 Books::Fixture { casting, support } => {
                     rate[layout.casting_quadrature(casting, CastingQuadrature::FixtureLoss)] += loss;
-                    let carried = force * velocity[support];
+                    // In series with a residual flexibility the row acts on the supports of springs too.
+                    let in_series = !self.series[0].is_empty();
+                    let carried =
+                        if in_series { row.work_on(&self.machine, force, velocity) } else { force * velocity[support] };
                     rate[layout.casting_quadrature(casting, CastingQuadrature::StructureWork)] += carried;
                 }
             }

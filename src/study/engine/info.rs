@@ -43,8 +43,10 @@ pub fn dataset_info(
         numerical_twins: study.numerical_twin() != NumericalTwin::None,
         hammers: names(study.hammer_names()),
         castings: names(study.casting_names()),
+        elastic_castings: names(study.elastic_names()),
         cores: cores(study),
         pads: study.pads().into_iter().map(|(casting, name)| part(casting, name)).collect(),
+        fixture_energies: fixtures(study).filter(|_| study.outputs().fixture_energy).collect(),
         core_spectra: study.outputs().core_spectra,
         signals: signals.map_or_else(Vec::new, |kept| kept.columns.clone()),
     };
@@ -57,6 +59,13 @@ pub fn dataset_info(
 fn cores(study: &Study) -> Vec<PartColumn> {
     let of = |casting: &CastingNames<'_>| casting.cores.iter().map(|core| part(casting.name, core)).collect::<Vec<_>>();
     study.castings().iter().flat_map(of).collect()
+}
+
+/// Fixtures of all castings.
+fn fixtures(study: &Study) -> impl Iterator<Item = PartColumn> {
+    study.castings().into_iter().flat_map(|casting| {
+        casting.fixtures.into_iter().map(move |fixture| part(casting.name, fixture)).collect::<Vec<_>>()
+    })
 }
 
 fn part(casting: &str, name: &str) -> PartColumn {

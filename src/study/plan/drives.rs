@@ -13,8 +13,16 @@ use decore_quantity::words::nearest;
 const DRIVABLE: [&str; 7] = ["machine", "hammer", "casting", "solver", "outputs", "environment", "duration_s"];
 
 /// The keys of `outputs` that all rows share: they decide which tables and columns there are.
-const SHARED_OUTPUTS: [&str; 7] =
-    ["twins", "numerical_twin", "points", "signals", "signal_rows", "signal_interval_s", "core_spectra"];
+const SHARED_OUTPUTS: [&str; 8] = [
+    "twins",
+    "numerical_twin",
+    "points",
+    "signals",
+    "signal_rows",
+    "signal_interval_s",
+    "core_spectra",
+    "fixture_energy",
+];
 
 /// A parameter as the factor names it.
 struct Named<'a> {
