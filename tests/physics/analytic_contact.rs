@@ -261,8 +261,8 @@ fn analytic_touch_within_one_step_is_found() {
         scene.environment.gravity_m_s2 = -9.80665;
         // A stop to rest on; the flight leaves it at once.
         scene.hammers[0].parameters.telescope.top_stop.stiffness_n_per_m = 1e14;
-        // The tip starts at 0.012, where it rests, and flies v^2 / (2 g) further.
-        scene.hammers[0].standoff_m = 0.1 * 0.1 / (2.0 * 9.80665) - depth;
+        // Under this gravity the tip rests at 0. It starts at 0.012 and flies v^2 / (2 g) further.
+        scene.hammers[0].standoff_m = 0.012 + 0.1 * 0.1 / (2.0 * 9.80665) - depth;
         let model = build(&scene, &modes).expect("sound");
         let mut y0 = clear(&model);
         shift(&model, &mut y0, (0.006, 0.1));

@@ -3,8 +3,9 @@
 use std::collections::BTreeMap;
 use std::f64::consts::PI;
 
-use crate::common::harness::assert_relative;
-use crate::common::scenes::{castings_only, simulate};
+use crate::common::harness::{assert_relative, observe, settings};
+use crate::common::scenes::castings_only;
+use decore_model::metrics::{FixtureMetrics, Recorder};
 use decore_model::run::{RowStatus, run_row};
 use decore_model::scene::{FixtureId, HammerUnit, PointId, Scene};
 use decore_model::system::{Coupled, InterfaceModes, build};
@@ -40,21 +41,23 @@ fn scene(fixtures: Vec<Fixture>) -> (Scene, InterfaceModes) {
     (scene, InterfaceModes { omega_rad_s: Vec::new(), damping_ratio: Vec::new(), shapes })
 }
 
-/// Displacement along x and velocity at the end of a run that begins with a velocity along x, and the share of the energy that the books
-/// miss.
-fn moved(fixtures: Vec<Fixture>, speed_m_s: f64, end_s: f64) -> [f64; 3] {
-    let (scene, modes) = scene(fixtures);
+/// Displacement along x and velocity at the end of a run that begins with a velocity along x, the share of the energy that the books miss,
+/// and the outputs of the fixtures.
+fn moved(fixtures: Vec<Fixture>, speed_m_s: f64, end_s: f64) -> ([f64; 3], Vec<FixtureMetrics>) {
+    let (mut scene, modes) = scene(fixtures);
+    scene.outputs.fixture_energy = true;
     assert_eq!(scene.validate(), []);
     let model = build(&scene, &modes).expect("sound");
     let centre = PointId::Centre { casting: 0 };
     let [_, velocity] = model.point_sums(centre).expect("a rigid casting");
     let mut y0 = model.initial_state().to_vec();
     y0[velocity[0].0] = speed_m_s * velocity[0].1;
-    let run = simulate(&model, &y0, (1e-9, 1e-3), end_s);
-    let system = Coupled::new(&model);
+    let (mut system, mut recorder) = (Coupled::new(&model), Recorder::new(&model, &scene));
+    let run = observe(&mut system, &y0, settings(1e-9, 1e-3), end_s, &mut recorder);
     let (displacement, velocity) = system.motion(centre, end_s, &run.y);
     let energy = |y: &[f64]| system.stored_energy(end_s, y) + system.dissipated_energy(end_s, y);
-    [displacement, velocity, (energy(&run.y) - energy(&y0)) / (0.5 * MASS_KG * speed_m_s * speed_m_s)]
+    let missing = (energy(&run.y) - energy(&y0)) / (0.5 * MASS_KG * speed_m_s * speed_m_s);
+    ([displacement, velocity, missing], recorder.finish(&system, end_s, &run.y).fixtures)
 }
 
 /// Springs across the axes let a casting swing along x with `omega^2 = sum k / m`, and damp it by `sum c / (2 m)`.
@@ -69,7 +72,7 @@ fn analytic_sideways_oscillation() {
     let decay = 4.0 * damping / (2.0 * MASS_KG);
     let omega = (4.0 * stiffness / MASS_KG - decay * decay).sqrt();
     let end_s = 2.25 * 2.0 * PI / omega;
-    let [displacement, velocity, missing] = moved(pads(&fixture), 1.5, end_s);
+    let ([displacement, velocity, missing], _) = moved(pads(&fixture), 1.5, end_s);
     let expected = 1.5 / omega * (-decay * end_s).exp();
     assert_relative("displacement", displacement, expected, 1e-6);
     assert_relative("velocity", velocity, -decay * expected, 1e-5);
@@ -83,10 +86,16 @@ fn analytic_sliding_block() {
         let pad = Fixture { one_sided: true, friction, friction_speed_m_s: 1e-4, ..Fixture::default() };
         let distance = speed_m_s * speed_m_s / (2.0 * friction * GRAVITY_M_S2);
         let end_s = 1.5 * speed_m_s / (friction * GRAVITY_M_S2);
-        let [displacement, velocity, missing] = moved(pads(&pad), speed_m_s, end_s);
+        let ([displacement, velocity, missing], of_pads) = moved(pads(&pad), speed_m_s, end_s);
         println!("{friction}: slid {displacement} m, expected {distance} m, still {velocity:.1e} m/s");
         assert_relative("distance", displacement, distance, 1e-4);
         assert!(velocity.abs() < 1e-9 && missing.abs() < 1e-7, "{velocity:e} {missing:e}");
+        // Each pad bears a quarter of the weight.
+        for pad in of_pads {
+            assert_relative("slip", pad.slip_m, distance, 1e-4);
+            assert_relative("loss", pad.damper_loss_j, 0.125 * MASS_KG * speed_m_s * speed_m_s, 1e-6);
+            assert_eq!(pad.structure_work_j, 0.0);
+        }
     }
 }
 

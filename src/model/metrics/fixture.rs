@@ -20,10 +20,12 @@ quantities! {
     /// Energy through one fixture. Over the fixtures of a casting the figures sum to its `fixture_damper_loss_j` and `structure_work_j`.
     #[derive(Debug, Clone, Copy, Default, PartialEq, Serialize, JsonSchema)]
     pub struct FixtureMetrics {
-        /// Energy lost in the fixture's damper in the run.
+        /// Energy lost in the fixture's damper and by its friction in the run.
         pub damper_loss_j: f64 => "J" [less],
         /// Work of the fixture on the machine in the run.
         pub structure_work_j: f64 => "J" [less],
+        /// Path in the run over which the casting slid on the fixture; 0 without `friction`.
+        pub slip_m: f64 => "m" [less],
     }
 }
 
@@ -54,6 +56,7 @@ impl FixtureTracks {
             for (metrics, power) in self.metrics.iter_mut().zip(powers) {
                 metrics.damper_loss_j += duration_s * power.loss_w;
                 metrics.structure_work_j += duration_s * power.structure_w;
+                metrics.slip_m += duration_s * power.slip_m_s;
             }
         }
     }

@@ -13,6 +13,7 @@ use crate::contact::ContactLaw;
 use crate::scene::{FixtureId, Friction, Link, LinkLaw, Owner};
 use crate::system::placed::Residual;
 use crate::system::points::{PointRow, Points};
+use decore_math::number::{Number, tanh};
 
 /// A linear spring and damper; its row in the matrix has the same index. Its force is measured from rest.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -49,6 +50,16 @@ pub struct Sliding {
     pub coefficient: f64,
     /// Speed `v_s` in m/s.
     pub speed_m_s: f64,
+}
+
+/// Friction per velocity in N s/m, `mu F tanh(|v| / v_s) / |v|`, and the speed `|v|` across the axis of a pad that is pressed by a force.
+#[inline(always)]
+pub(super) fn friction<R: Number>([coefficient, speed_m_s]: [R; 2], pressing_n: R, across: [R; 2]) -> [R; 2] {
+    let speed = across[0].mul_add(across[0], across[1] * across[1]).sqrt();
+    let share = speed / speed_m_s;
+    // The ratio tends to 1 where the casting is at rest.
+    let ratio = R::select(share.greater(R::splat(0.0)), tanh(share) / share, R::splat(1.0));
+    [coefficient * pressing_n * ratio / speed_m_s, speed]
 }
 
 /// All elements of a coupled system.

@@ -11,10 +11,11 @@ use crate::integrate::GuardSample;
 use crate::scene::PartId;
 use crate::system::block::{Block, FlexibleRates};
 use crate::system::discrete::Discrete;
+use crate::system::elements::friction as sliding;
 use crate::system::layout::{CastingQuadrature, HammerQuadrature, Layout};
 use crate::system::model::{Books, CoupledModel};
 use crate::system::products::{clear, copy, put_all};
-use decore_math::number::{Lanes, Mask, Number, in_lanes, tanh};
+use decore_math::number::{Lanes, Mask, Number, in_lanes};
 
 /// Sums over one right-hand side.
 struct Power<R> {
@@ -444,11 +445,7 @@ impl<R: Number> Rates<R> {
             let pressing = contact.law.closed_force(penetration, approach);
             let pressing = R::select(acts.and(pressing.greater(none)), pressing, none);
             let across = friction.springs.map(|spring| self.rows.at(spring).values(displacement, velocity)[1]);
-            let speed = across[0].mul_add(across[0], across[1] * across[1]).sqrt();
-            let share = speed / friction.speed_m_s;
-            // The ratio tends to 1 where the casting is at rest.
-            let ratio = R::select(share.greater(none), tanh(share) / share, R::splat(1.0));
-            let per_speed = friction.coefficient * pressing * ratio / friction.speed_m_s;
+            let [per_speed, speed] = sliding([friction.coefficient, friction.speed_m_s], pressing, across);
             let loss = per_speed * speed * speed;
             power.dissipated += loss;
             for (spring, across) in friction.springs.into_iter().zip(across) {
