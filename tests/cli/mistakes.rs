@@ -281,6 +281,30 @@ fn rows_that_cannot_be_simulated_come_first() {
     assert!(working["factor"] == "position" && (high - 0.14).abs() < 1e-6 && (low + 0.14).abs() < 1e-6, "{working}");
 }
 
+/// A scene that is sound by itself but cannot be built is a warning before the plan, and exit code 4 if no row can be built.
+#[test]
+fn rows_that_cannot_be_built_come_first() {
+    let scratch = folder();
+    let pad = |name: &str, x: f64, y: f64| {
+        format!("[casting.part.fixture.{name}]\npoint = \"T5\"\nat_m = [{x}, {y}]\none_sided = true\n")
+    };
+    let study = |beside: f64| {
+        let pads =
+            [pad("a", -0.06, beside), pad("b", 0.06, beside), pad("c", -0.06, 0.05), pad("d", 0.06, 0.06)].concat();
+        let text = format!(
+            "duration_s = 0.01\ngeometry = \"as_given\"\n[hammer.left]\nmount = \"R5\"\n[casting.part]\nmass_kg = 0.517\n\
+             inertia_kg_m2 = [1e-3, 1e-3]\n{pads}"
+        );
+        fs::write(scratch.path().join("m.toml"), text).expect("written");
+        says(&scratch, &["check", "m.toml"])
+    };
+    let (code, text) = study(-0.05);
+    assert!(code == Some(0) && !text.contains("cannot be simulated"), "{text}");
+    let tips = |text: &str| text.starts_with("warning: row 0 cannot be simulated: casting `part` cannot rest");
+    let (code, text) = study(0.03);
+    assert!(code == Some(4) && tips(&text) && text.contains("design"), "{code:?} {text}");
+}
+
 /// A factor in another unit of its parameter's quantity gives the rows of the same factor in the parameter's unit.
 #[test]
 fn factors_are_converted_to_their_parameters_unit() {

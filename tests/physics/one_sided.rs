@@ -141,6 +141,11 @@ fn analytic_shares_of_weight() {
         assert_relative("force", found, expected, 1e-12);
     }
     assert!(rest(&[[0.1, -0.1], [0.2, -0.1], [0.15, 0.2]]).unwrap_err().to_string().contains("tip it off"));
+    // Two pairs of pads on one side: rounding must not let the casting rest there.
+    for y in [0.02, 0.05, 0.08, 0.1, 0.12] {
+        let beside = [[-0.06, y], [-0.06, 0.18], [0.06, y], [0.06, 0.18]];
+        assert!(rest(&beside).is_err(), "{y}: it rests with its centre beside all pads");
+    }
     let four = forces(&[[-0.1, -0.1], [0.2, -0.1], [0.0, 0.2], [-0.1, 0.1]]);
     assert_relative("sum", four.iter().sum(), weight, 1e-12);
     assert!(four.iter().all(|force| *force >= 0.0), "{four:?}");

@@ -63,9 +63,8 @@ impl FixtureGauge {
                 let own = model.elements().owned(|known| known == Owner::Fixture(id));
                 elements.extend(own.map(|element| FixtureElement { fixture: place, element, support }));
             }
-            let rubs = |sliding: &&Sliding| {
-                model.elements().contacts()[sliding.contact].owner == Owner::Fixture(*fixture)
-            };
+            let rubs =
+                |sliding: &&Sliding| model.elements().contacts()[sliding.contact].owner == Owner::Fixture(*fixture);
             let supports = support(along[1]).zip(support(along[2]));
             let own = model.elements().frictions().iter().find(rubs).zip(supports);
             frictions.extend(own.map(|(sliding, (first, second))| FixtureFriction {
