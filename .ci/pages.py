@@ -12,7 +12,8 @@ stays legible. Names of 10 kB do not make it wider. With 100,000 rows of 20 colu
 a drag within 100 ms, at any scroll position.
 
 Pages of a row: pointer and keyboard play, set, jump and zoom the time. Moving parts agree with the signals to 1e-6 m, at 30 frames a
-second. The page has at most 5 MB.
+second. The page has at most 5 MB. The plan is to scale. Side views show tilt, displacement and bending as the signals have them, times the
+factor that they state.
 
 LIMIT_FACTOR multiplies all time limits, for busy machines.
 """
@@ -34,6 +35,8 @@ from playwright.sync_api import sync_playwright
 
 ROWS, COLUMNS = 100_000, 20
 SCENE_MB, FRAMES_PER_SECOND, POSITION_M = 5, 30, 1e-6
+# Largest error of a drawn motion, as a share of the largest motion: signals have 65536 steps.
+ASIDE = 1e-4
 SLIDE_MS, ALIKE = 50, 1e-9
 FACTOR = float(os.environ.get("LIMIT_FACTOR", "1"))
 BLANK = """() => [...document.querySelectorAll('figure')].filter((figure) => {
@@ -67,6 +70,44 @@ POSES = """async (times) => {
             chisel_m: pose.shank - pose.rear - hammer.piston_stroke_m - DRAWN.piston,
         };
     }));
+}"""
+
+# Side views of all castings at these times, as they are drawn: outline of the casting and marks of its points, in pixels; and their scale.
+SIDES = """async (times) => {
+    const { sides, view } = await scene, { meta } = sides, found = [], width = 900;
+    const names = (c, { kind, index }) => ({ strike: () => `${meta.hammers[index].name}_casting`, held: () => `${meta.castings[c].name}_fixture_${meta.castings[c].fixtures[index].name}_casting`,
+        core: () => `${meta.castings[c].name}_core_${meta.castings[c].cores[index].name}`, measured: () => `${meta.castings[c].name}_measuring_point` })[kind]();
+    for (let c = 0; c < meta.castings.length; c++) {
+        sides.chosen = c;
+        sides.rename();
+        const { motion, factor } = sides.side();
+        for (const side of sides.views) for (const time of side.axis === undefined ? [] : times) {
+            view.seek(time);
+            let outline = null;
+            const nothing = () => {}, painter = { line: nothing, rect: nothing, dots: nothing, text: nothing, image: nothing, polygon(points, { fill }) { if (fill === '#b98f7a') outline = points; } };
+            side.paint(painter, width);
+            const at = side.place(width), { axis } = side;
+            found.push({
+                casting: meta.castings[c].name, elastic: meta.castings[c].elastic, axis, time, factor, scale: at.scale, top: at.top, bottom: at.bottom, middle: at.x(0), outline,
+                title: side.figure.title, size: motion.shape.size, largest: motion.largest, ends: motion.shape.across[axis],
+                marks: side.marks.map(({ kind, index, x, y, rest }) => {
+                    const { frame, along } = motion.motion.find(kind, index);
+                    return { x, y, rest, name: names(c, { kind, index }), frame, along };
+                }),
+            });
+        }
+    }
+    sides.exaggerate(10 * sides.side().factor);
+    const own = sides.views[0].figure.title;
+    sides.exaggerate(NaN);
+    return { found, own, automatic: sides.views[0].figure.title };
+}"""
+
+# Marks of the plan, in pixels, and places of two of its axes' points.
+PLAN = """() => {
+    const figure = [...figures].find(({ title }) => title === 'From above, to scale');
+    figure.draw();
+    return figure.marks.map(({ kind, name, at, x, y }) => ({ kind, name, at, x, y }));
 }"""
 
 # Predictions of rows { factors, one column each } by the page's models: mean and standard deviation of each output.
@@ -191,13 +232,15 @@ class Browser:
         page.keyboard.press("n")
         first = page.evaluate("scene.then(({ player }) => player.blows[0].start_s)")
         assert abs(shown()[2] - first + 0.0005) < 1e-9, f"the first blow is at {first}, the time {shown()[2]}"
+        before = shown()[2]
         page.get_by_label("Next blow").click()
-        assert shown()[2] > first
+        assert shown()[2] > before
         slider = page.get_by_label("Time", exact=True)
         slider.focus()
-        slider.evaluate("(node) => { node.value = '0.7'; node.dispatchEvent(new Event('input')); }")
-        assert abs(shown()[2] - 0.7) < 1e-9 and "700.000 ms" in page.inner_text(".player .count"), "the slider sets no time"
-        canvas = page.locator("figure canvas").nth(2)
+        middle = page.evaluate("scene.then(({ view }) => Math.round(500 * view.end) / 1000)")
+        slider.evaluate("(node, time) => { node.value = String(time); node.dispatchEvent(new Event('input')); }", middle)
+        assert abs(shown()[2] - middle) < 1e-9 and f"{1000 * middle:.3f} ms" in page.inner_text(".player .count"), "the slider sets no time"
+        canvas = page.locator("section:has(h2:text-is('Over time')) canvas").first
         canvas.scroll_into_view_if_needed()
         box = canvas.bounding_box()
         page.mouse.move(box["x"] + 300, box["y"] + 60)
@@ -246,6 +289,51 @@ class Browser:
             for quantity in quantities
             for place, pose in zip(places, poses)
         )
+
+    def stands(self, path: pathlib.Path, signals: pathlib.Path) -> float:
+        """Check plan and side views: places to scale, tilt, displacement and bending. Return the largest error over the largest motion."""
+        page = self.open(path, 1280)
+        table = pyarrow.parquet.read_table(signals)
+        column = lambda name: table[name].to_numpy()
+        times, worst, compared = column("time_s"), 0.0, 0
+        # The page shows what blows do: also when the castings move most.
+        castings = page.evaluate("meta.castings.map(({ name }) => name)")
+        rows = sorted({*(int(abs(column(f"{name}_heave_m")).argmax()) for name in castings), len(times) // 3, len(times) // 2})
+        views = page.evaluate(SIDES, [float(times[row]) for row in rows])
+        factor = lambda title: float(title.rsplit("×", 1)[1])
+        assert factor(views["own"]) == 10 * factor(views["automatic"]), f"the title states {views['own']}"
+        for view in views["found"]:
+            row = min(rows, key=lambda row: abs(times[row] - view["time"]))
+            moved = lambda y, rest: (y - rest) / (view["factor"] * view["scale"]) / view["largest"]
+            heave, *turns = (column(f"{view['casting']}_{name}")[row] for name in ("heave_m", "rotation_x_rad", "rotation_y_rad"))
+            # A point a, b moves by z + b rx - a ry.
+            slope = [-turns[1], turns[0]][view["axis"]]
+            rigid = lambda at: heave + slope * at
+            assert factor(view["title"]) == view["factor"] >= 1, f"the title states {view['title']}"
+            assert view["factor"] == 1 or 0.03 < view["factor"] * view["largest"] / view["size"] < 0.0801, "the factor shows no motion of 8 % of the size"
+            if not view["elastic"]:
+                corners = [*zip(view["outline"][::2], view["outline"][1::2])]
+                for (x, y), across, rest in zip(corners, [*view["ends"], *view["ends"][::-1]], [view["top"]] * 2 + [view["bottom"]] * 2):
+                    assert abs(x - view["middle"] - view["scale"] * across) < 1e-6, "the casting is not to scale"
+                    worst = max(worst, abs(moved(y, rest) - rigid(across) / view["largest"]))
+            for mark in view["marks"]:
+                name = f"{mark['name']}_displacement_m"
+                assert abs(mark["x"] - view["middle"] - view["scale"] * mark["frame"][view["axis"]]) < 1e-6, "a point is not to scale"
+                # Along another direction than the casting's a signal has another motion.
+                if abs(abs(mark["along"]) - 1) < 1e-9:
+                    worst = max(worst, abs(moved(mark["y"], mark["rest"]) - mark["along"] * column(name)[row] / view["largest"]))
+                    compared += 1
+        assert compared, "no point is compared with its signal"
+        marks = page.evaluate(PLAN)
+        first, last = (max(marks, key=lambda mark: sign * (mark["at"][0] + mark["at"][1])) for sign in (1, -1))
+        scale = [(first[side] - last[side]) / (first["at"][k] - last["at"][k]) for k, side in enumerate("xy") if abs(first["at"][k] - last["at"][k]) > 1e-9]
+        apart = max(mark["at"] for mark in marks) != min(mark["at"] for mark in marks)
+        assert bool(scale) == apart and all(abs(abs(one) - abs(scale[0])) < 1e-6 * abs(scale[0]) for one in scale), f"the plan is not to scale: {scale}"
+        kinds = {mark["kind"] for mark in marks}
+        assert {"strike", "centre"} <= kinds and kinds & {"pad", "spring", "clamp"}, f"the plan shows only {kinds}"
+        assert not page.wrong, f"{path}: {page.wrong}"
+        page.close()
+        return worst
 
     def answers(self, path: pathlib.Path) -> tuple[float, float, float]:
         """Hover and drag over the parallel coordinates. Return ms until plots were visible, and the longest reaction to a drag and a limit."""
@@ -401,7 +489,7 @@ def main(paths: list[pathlib.Path], scenes: list[tuple[pathlib.Path, pathlib.Pat
             for width in (1280, 800):
                 browser.is_drawn(path, width)
             browser.is_drawn(path, 1280, "dark")
-        for path in paths:
+        for path in [*paths, *(path for path, _ in scenes)]:
             for scheme in ("light", "dark"):
                 browser.is_drawn(path, 390, scheme)
         for path in [*paths, *(path for path, _ in scenes)]:
@@ -410,6 +498,9 @@ def main(paths: list[pathlib.Path], scenes: list[tuple[pathlib.Path, pathlib.Pat
             rate, off = browser.moves(path, signals)
             size = path.stat().st_size / 1e6
             print(f"{path.name}: {size:.1f} MB, {rate:.0f} frames a second, drawn {off:.1e} m beside the signals")
+            aside = browser.stands(path, signals)
+            print(f"{path.name}: side views are {aside:.1e} of the largest motion beside the signals")
+            assert aside <= ASIDE, "over its limit"
             assert size <= SCENE_MB and rate >= FRAMES_PER_SECOND / FACTOR and off <= POSITION_M, "over its limits"
         slide, off = browser.decides(paths[0], predicted)
         print(f"sliders answer in {slide:.0f} ms, predictions differ by {off:.1e} of the outputs' spread")

@@ -14,7 +14,7 @@ use super::scene_plot::{Picture, scene_plot};
 use super::scene_result::SceneResult;
 use super::stored::Stored;
 use super::text::{check_row, eprint_line, print_line, six_digits};
-use crate::page::{MeasuredCurve, MeasuredPiece, SceneView, scene_page};
+use crate::page::{MeasuredCurve, MeasuredPiece, SceneView, Site, scene_page};
 use decore_dataset::write_signals;
 use decore_model::integrate::Counters;
 use decore_model::metrics::{
@@ -47,7 +47,7 @@ pub(super) struct SceneArguments {
     /// Also draw the motion, casting, work and machine over time (SVG)
     #[arg(long, value_name = "FILE")]
     plot: Option<PathBuf>,
-    /// Also write the row as an HTML page: animation, all signals, spectra, blows
+    /// Also write the row as an HTML page: animation, plan and side views, all signals, spectra, blows
     ///
     /// The page needs no network.
     #[arg(long, value_name = "FILE")]
@@ -200,8 +200,24 @@ impl DrawnRow<'_> {
             spikes_s: &channel.beside.spikes_s,
         });
         let measured: Vec<MeasuredCurve<'_>> = measured.collect();
-        let view =
-            SceneView { info: &info, row, factors: &factors, scene, outcome, signals, interval_s, measured: &measured };
+        let site = Site {
+            rails: engine.study().rails().collect(),
+            points: engine.checked().points(),
+            extents_m: (0..scene.castings.len())
+                .map(|casting| engine.machine_of(scene).casting_extent_m(casting))
+                .collect(),
+        };
+        let view = SceneView {
+            info: &info,
+            row,
+            factors: &factors,
+            scene,
+            outcome,
+            signals,
+            interval_s,
+            measured: &measured,
+            site: &site,
+        };
         Ok(scene_page(&view)?)
     }
 }

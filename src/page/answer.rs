@@ -1,11 +1,10 @@
 //! First part of a page: the answer to the study's goal, the models behind it, and a plan of the machine.
 
-use std::collections::BTreeMap;
-
 use serde::Serialize;
 
 use super::knowledge::{Known, MOST_MODELLED};
 use super::model::{ModelData, model_data};
+use super::site::{CastingPlan, Named, rails_plan};
 use decore_dataset::{DatasetReader, TableName};
 use decore_lab::best::{
     Added, Answer, AnswerView, Purpose, ShownValue, There, Track, added_file, added_folder, answer_view, read_added,
@@ -46,25 +45,11 @@ pub(super) struct Answered {
 #[derive(Debug, Serialize)]
 struct Plan {
     rails: Vec<Named<Vec<[f64; 2]>>>,
-    castings: Vec<Casting>,
+    castings: Vec<CastingPlan>,
     hammers: Vec<String>,
     /// Places of the hammers at the proposal, then at the alternatives.
     standing: Vec<Vec<[f64; 2]>>,
     tracks: Vec<Track>,
-}
-
-#[derive(Debug, Serialize)]
-struct Named<T> {
-    name: String,
-    at: T,
-}
-
-#[derive(Debug, Serialize)]
-struct Casting {
-    name: String,
-    centre_m: [f64; 2],
-    size_m: Option<[f64; 2]>,
-    fixtures: Vec<Named<[f64; 2]>>,
 }
 
 /// Answers the goal of a dataset's study from its rows and the rows that `decore best` added; `None` if the study has no goal. `rows`:
@@ -140,26 +125,9 @@ fn shown(view: AnswerView, (model, others): (ModelData, Option<ModelData>), stud
 /// The plan of the first scene, with the hammers of all decisions; `None` if no row describes a scene.
 fn plan(study: &CheckedStudy, standing: Vec<Vec<[f64; 2]>>, tracks: Vec<Track>) -> Option<Plan> {
     let scene = (0..study.row_count().min(64)).find_map(|row| study.scene(row).ok())?;
-    let points = study.points();
-    let flat = |[x, y, _]: [f64; 3]| [x, y];
-    let mut rails: BTreeMap<&str, Vec<[f64; 2]>> = BTreeMap::new();
-    for (name, on) in study.study().rails() {
-        rails.insert(name, on.iter().filter_map(|name| points.position(name).map(flat)).collect());
-    }
-    let castings = scene.castings.iter().map(|casting| Casting {
-        name: casting.name.clone(),
-        centre_m: casting.centre_m,
-        size_m: casting.size_m,
-        fixtures: (casting.fixtures.iter())
-            .map(|fixture| Named {
-                name: fixture.name.clone(),
-                at: [0, 1].map(|axis| casting.centre_m[axis] + fixture.at_m[axis]),
-            })
-            .collect(),
-    });
-    let castings = castings.collect();
+    let castings = scene.castings.iter().map(|casting| CastingPlan::of(casting, None)).collect();
     Some(Plan {
-        rails: rails.into_iter().map(|(name, at)| Named { name: name.to_owned(), at }).collect(),
+        rails: rails_plan(study.study().rails(), study.points()),
         castings,
         hammers: scene.hammers.iter().map(|hammer| hammer.name.clone()).collect(),
         standing,

@@ -24,11 +24,14 @@ const DATASET: [&str; 13] = [
     include_str!("../assets/pages/report.js"),
 ];
 /// Scripts of the page of a row.
-const SCENE: [&str; 5] = [
+const SCENE: [&str; 8] = [
     include_str!("../assets/pages/signals.js"),
     include_str!("../assets/pages/shock.js"),
     include_str!("../assets/pages/traces.js"),
+    include_str!("../assets/pages/plan.js"),
+    include_str!("../assets/pages/places.js"),
     include_str!("../assets/pages/mechanism.js"),
+    include_str!("../assets/pages/side.js"),
     include_str!("../assets/pages/scene.js"),
 ];
 

@@ -11,8 +11,10 @@ mod quality;
 mod rows;
 mod samples;
 mod scene;
+mod site;
 
 pub use dataset::{MOST_ROWS, PageOf, dataset_page};
 pub use error::PageError;
 pub use quality::quality_page;
 pub use scene::{MeasuredCurve, MeasuredPiece, SceneView, scene_page};
+pub use site::{Extent, Site};

@@ -7,14 +7,14 @@ use serde::Serialize;
 use super::blocks::{Scripts, page};
 use super::error::PageError;
 use super::samples::{Samples, Scale};
+use super::site::{DrawnCasting, DrawnHammer, Named, Site, follows, rails_plan};
 use decore_dataset::DatasetInfo;
-use decore_model::hammer::HammerParameters;
 use decore_model::metrics::{
     Blow, CastingMetrics, CoreMetrics, CoreSpectrum, CoreTotals, ElasticMetrics, FixtureMetrics, FixtureSignals,
     HammerMetrics, HammerSignals, PadMetrics, Phase, RunTotals, Signal, SignalOf, spectrum_frequencies_hz,
 };
 use decore_model::run::RowOutcome;
-use decore_model::scene::{HammerUnit, Scene};
+use decore_model::scene::Scene;
 use decore_quantity::{Quantity, Value};
 use decore_statistics::signal::Spectrum;
 
@@ -54,6 +54,8 @@ pub struct SceneView<'a> {
     pub interval_s: f64,
     /// Measured curves to lay over the signals that they measure.
     pub measured: &'a [MeasuredCurve<'a>],
+    /// Places of the machine and its castings.
+    pub site: &'a Site<'a>,
 }
 
 /// A measured channel on the row's time, at the interval of the signals.
@@ -97,8 +99,10 @@ struct Meta<'a> {
     interval_s: f64,
     samples: usize,
     signals: Vec<Stored<'a>>,
-    hammers: Vec<Hammer<'a>>,
-    castings: Vec<Casting<'a>>,
+    hammers: Vec<DrawnHammer<'a>>,
+    castings: Vec<DrawnCasting<'a>>,
+    rails: Vec<Named<Vec<[f64; 2]>>>,
+    machine_points: Vec<Named<[f64; 2]>>,
     points: &'a [String],
     figures: Vec<BlowColumn>,
     blows: Vec<Struck>,
@@ -152,28 +156,6 @@ struct Stored<'a> {
     unit: &'static str,
     text: &'a str,
     scale: Scale,
-}
-
-/// A hammer as it is drawn; lengths in m.
-#[derive(Serialize)]
-struct Hammer<'a> {
-    name: &'a str,
-    casting: usize,
-    strike_point_m: [f64; 2],
-    standoff_m: f64,
-    supply_pa: f64,
-    telescope_stroke_m: f64,
-    piston_stroke_m: f64,
-    chamber_length_m: f64,
-    spool_travel_m: f64,
-    chisel_travel_m: f64,
-}
-
-/// A casting as it is drawn: its name, and name and place of each fixture.
-#[derive(Serialize)]
-struct Casting<'a> {
-    name: &'a str,
-    fixtures: Vec<(&'a str, &'a str, [f64; 2])>,
 }
 
 /// A column of the table of blows.
@@ -255,7 +237,8 @@ pub fn scene_page(view: &SceneView<'_>) -> Result<String, PageError> {
     let mut data = Samples::default();
     let mut signals = Vec::new();
     // The first is time: a multiple of the interval.
-    for signal in view.signals.iter().skip(1) {
+    let stored = view.signals.iter().skip(1).filter(|signal| !follows(scene, signal.of, signal.quantity));
+    for signal in stored {
         let Signal { of, quantity, unit, description, .. } = signal;
         signals.push(Stored {
             of: *of,
@@ -286,8 +269,10 @@ pub fn scene_page(view: &SceneView<'_>) -> Result<String, PageError> {
         interval_s: view.interval_s,
         samples,
         signals,
-        hammers: hammers(scene),
-        castings: castings(scene),
+        hammers: view.site.hammers(scene),
+        castings: view.site.castings(scene),
+        rails: rails_plan(view.site.rails.iter().copied(), view.site.points),
+        machine_points: view.site.points_plan(scene),
         points: &view.scene.outputs.points,
         figures: Blow::QUANTITIES.iter().filter_map(figure).collect(),
         blows: blows.iter().map(struck).collect(),
@@ -360,36 +345,6 @@ fn measured<'a>(view: &SceneView<'a>, data: &mut Samples) -> Vec<Curve<'a>> {
 fn factors<'a>(view: &SceneView<'a>) -> Vec<(&'a str, String, &'a str)> {
     let values = view.info.factors.iter().zip(view.factors);
     values.map(|(factor, value)| (factor.name.as_str(), value.to_string(), factor.unit.as_str())).collect()
-}
-
-fn hammers(scene: &Scene) -> Vec<Hammer<'_>> {
-    scene.hammers.iter().map(hammer).collect()
-}
-
-fn hammer(unit: &HammerUnit) -> Hammer<'_> {
-    let HammerParameters { telescope, piston, valve, chisel, .. } = unit.parameters;
-    Hammer {
-        name: unit.name.as_str(),
-        casting: unit.casting,
-        strike_point_m: unit.strike_point_m,
-        standoff_m: unit.standoff_m,
-        supply_pa: unit.supply_pressure_pa,
-        telescope_stroke_m: telescope.stroke_m,
-        piston_stroke_m: piston.stroke_m,
-        chamber_length_m: piston.chamber_length_m,
-        spool_travel_m: valve.travel_m,
-        chisel_travel_m: chisel.travel_m,
-    }
-}
-
-fn castings(scene: &Scene) -> Vec<Casting<'_>> {
-    let castings = scene.castings.iter().map(|casting| Casting {
-        name: &casting.name,
-        fixtures: (casting.fixtures.iter())
-            .map(|fixture| (fixture.name.as_str(), fixture.point.as_str(), fixture.at_m))
-            .collect(),
-    });
-    castings.collect()
 }
 
 /// A column of the table of blows: a figure that has a heading.

@@ -13,7 +13,7 @@ const STEEL = '#cfd6de', DARK = '#8d99a6', FLASHED = '#f08a24';
 
 class Mechanism {
   constructor(meta, signals, view) {
-    Object.assign(this, { meta, signals, view, before: 0, flashes: new Map() });
+    Object.assign(this, { meta, signals, view, before: 0, flashes: new Map(), motions: meta.castings.map((_, c) => new CastingMotion(meta, signals, c)) });
     // Hammers on one casting are neighbours: it is drawn as one.
     this.rows = meta.hammers.map((_, h) => h).sort((a, b) => meta.hammers[a].casting - meta.hammers[b].casting || a - b);
     this.factor = this.structureFactor();
@@ -29,13 +29,13 @@ class Mechanism {
     const take = (trace) => { const [low, high] = trace.range(0, this.signals.end); largest = Math.max(largest, -low, high); };
     this.meta.hammers.forEach((_, h) => take(this.signals.hammer(h, 'arm_displacement_m')));
     this.meta.castings.forEach((casting, c) => casting.fixtures.forEach((_, f) => take(this.signals.fixture(c, f, 'point_displacement_m'))));
-    const wanted = 0.01 / largest, power = 10 ** Math.floor(Math.log10(wanted));
-    return Number.isFinite(wanted) ? Math.max(1, power * [5, 2, 1].find((m) => m * power <= wanted * 1.001)) : 1;
+    const wanted = 0.01 / largest;
+    return Number.isFinite(wanted) ? Math.max(1, roundBelow(wanted)) : 1;
   }
-  /** Displacement of a point of a casting, x and y from its centre. */
-  casting(c, [x, y], time) {
-    const of = (quantity) => this.signals.casting(c, quantity).at(time);
-    return of('heave_m') + y * of('rotation_x_rad') - x * of('rotation_y_rad');
+  /** Displacement of a casting where a hammer strikes it or a fixture holds it, along the direction of that. */
+  casting(c, kind, index, time) {
+    const motion = this.motions[c];
+    return motion.own(motion.find(kind, index), time);
   }
   /** Where the parts of a hammer are drawn at a time: m along the strike axis from its guide's rear wall at rest. */
   pose(h, time) {
@@ -48,7 +48,7 @@ class Mechanism {
       guide, cylinder, arm: guide, rear: cylinder + chamber, piston: cylinder + chamber + of('piston_m'),
       shank: cylinder + chamber + of('chisel_m') + hammer.piston_stroke_m + d.piston,
       collar: cylinder + chamber + of('chisel_m') + seat, tip: cylinder + chamber + of('chisel_m') + reach, spool: of('spool_m'),
-      casting: face + this.casting(hammer.casting, hammer.strike_point_m, time), face,
+      casting: face + this.casting(hammer.casting, 'strike', h, time), face,
     };
   }
   /** Follows the view's time; contacts that were closed since flash. */
@@ -145,8 +145,8 @@ class Mechanism {
     const rest = Math.max(...rows.map(([h]) => poses[h].face)), edge = (y) => first[0] + slope * (y - first[1]);
     painter.polygon([x(edge(top)), top, x(edge(top) + d.casting), top, x(edge(bottom) + d.casting), bottom, x(edge(bottom)), bottom], { fill: '#b98f7a', stroke: INK });
     painter.text(name, x(rest + d.casting / 2), top + 10, { align: 'center', weight: 600, halo: true });
-    fixtures.forEach(([fixture, , place], f) => {
-      const y = top + (f + 0.5) * (bottom - top) / fixtures.length, from = rest + d.casting + this.casting(c, place, this.view.now);
+    fixtures.forEach(({ name: fixture }, f) => {
+      const y = top + (f + 0.5) * (bottom - top) / fixtures.length, from = rest + d.casting + this.casting(c, 'held', f, this.view.now);
       const table = rest + d.casting + d.fixture + this.factor * this.signals.fixture(c, f, 'point_displacement_m').at(this.view.now);
       const spring = Array.from({ length: 10 }, (_, k) => [x(from + (table - from) * (k / 9)), y + (k === 0 || k === 9 ? 0 : k % 2 ? -6 : 6)]);
       painter.line(spring.flat(), { color: SOFT, width: 1.5 });

@@ -1,9 +1,9 @@
 // The machine from above: rails, castings, fixtures, and where the hammers stand.
 
-/** Ends of all places of a plan, in m, with a margin. */
-function planEnds({ rails, castings, standing, tracks }) {
-  const corners = ({ centre_m: [x, y], size_m: size }) => (size ? [[x - size[0] / 2, y - size[1] / 2], [x + size[0] / 2, y + size[1] / 2]] : [[x, y]]);
-  const near = [...standing.flat(), ...tracks.flatMap(({ hammers }) => hammers.flat()), ...castings.flatMap((one) => [...corners(one), ...one.fixtures.map(({ at }) => at)])];
+/** Ends of all places of a plan, in m, with a margin. `points`: further places that it shows. */
+function planEnds({ rails, castings, standing, tracks, points = [] }) {
+  const corners = ({ centre_m: centre, outline_m: outline }) => (outline ? [0, 1].map((end) => outline.map((ends) => ends[end])) : [centre]);
+  const near = [...points, ...standing.flat(), ...tracks.flatMap(({ hammers }) => hammers.flat()), ...castings.flatMap((one) => [...corners(one), ...one.fixtures.map(({ at }) => at)])];
   const all = near.length ? near : rails.flatMap(({ at }) => at);
   const ends = [0, 1].map((axis) => [Math.min(...all.map((at) => at[axis])), Math.max(...all.map((at) => at[axis]))]);
   const margin = 0.08 * Math.max(...ends.map(([low, high]) => high - low)) || 0.05;
@@ -32,15 +32,36 @@ function marker(painter, x, y, text, { fill, radius = 9 }) {
   painter.text(text, x, y + 0.5, { align: 'center', color: PAPER, size: radius + 2, weight: 700 });
 }
 
-function drawCasting(painter, { name, centre_m: centre, size_m: size, fixtures }, [px, py], scale) {
-  if (size) {
-    painter.rect(px(centre[0] - size[0] / 2), py(centre[1] + size[1] / 2), size[0] * scale, size[1] * scale, { fill: BLUE, alpha: 0.12 });
-    painter.rect(px(centre[0] - size[0] / 2), py(centre[1] + size[1] / 2), size[0] * scale, size[1] * scale, { stroke: BLUE });
-    painter.text(`casting ${name}`, px(centre[0] - size[0] / 2) + 6, py(centre[1]), { color: BLUE });
+/** Words for the kinds of fixtures. */
+const FIXTURES = { spring: 'spring', pad: 'pad', clamp: 'clamp' };
+
+/** A mark of a fixture from above: a triangle for a spring, a square for a pad, a ring with a cross for a clamp. */
+function fixtureMark(painter, kind, x, y, color = SOFT) {
+  if (kind === 'spring') painter.polygon([x - 5, y + 5, x + 5, y + 5, x, y - 5], { fill: color });
+  else if (kind === 'pad') painter.rect(x - 5, y - 5, 10, 10, { fill: color });
+  else {
+    painter.dots([x, y], 6.5, { color });
+    painter.dots([x, y], 4.5, { color: PAPER });
+    painter.line([x - 3, y - 3, x + 3, y + 3], { color, width: 1.4 });
+    painter.line([x - 3, y + 3, x + 3, y - 3], { color, width: 1.4 });
   }
-  for (const { name: fixture, at } of fixtures) {
+}
+
+/** The outline of a casting from above, if its size is known. */
+function castingOutline(painter, { outline_m: outline }, [px, py], scale) {
+  if (!outline) return;
+  const [[x0, x1], [y0, y1]] = outline, box = [px(x0), py(y1), (x1 - x0) * scale, (y1 - y0) * scale];
+  painter.rect(...box, { fill: BLUE, alpha: 0.12 });
+  painter.rect(...box, { stroke: BLUE });
+}
+
+function drawCasting(painter, casting, [px, py], scale) {
+  const { name, centre_m: centre, outline_m: outline, fixtures } = casting;
+  castingOutline(painter, casting, [px, py], scale);
+  if (outline) painter.text(`casting ${name}`, px(outline[0][0]) + 6, py(centre[1]), { color: BLUE });
+  for (const { name: fixture, kind, at } of fixtures) {
     const [x, y] = [px(at[0]), py(at[1])], right = at[0] > centre[0];
-    painter.polygon([x - 5, y + 5, x + 5, y + 5, x, y - 5], { fill: SOFT });
+    fixtureMark(painter, kind, x, y);
     painter.text(words(fixture), x + (right ? -8 : 8), y + (at[1] > centre[1] ? 12 : -10), { color: SOFT, size: 10, align: right ? 'right' : 'left', halo: true });
   }
 }

@@ -82,6 +82,9 @@ const PLOTS = [
   { title: 'Energy error: supplied work minus stored and dissipated energy', unit: 'J', run: [['unaccounted', 'energy_unaccounted_j']] },
 ];
 
+/** What the views of the castings in place show and what they leave out. */
+const PLACE_NOTE = 'From the side, lengths are to scale, and motion from rest is exaggerated by the factor shown: tilt, displacement, and for elastic castings bending, drawn through the points that have signals. The dashed outline is the casting at rest. Pads that carry nothing are orange. The heights of rigid castings, fixtures and hammers are schematic.';
+
 /** Colour of what was measured: of no hammer and no quantity. */
 const MEASURED = '#7b8692';
 
@@ -96,7 +99,7 @@ function curvesOf(meta, signals, plot, shown) {
   const struck = new Set(shown.map((h) => meta.hammers[h].casting));
   if (plot.castings) return [...struck].flatMap((c) => [{ name: meta.castings[c].name, trace: signals.casting(c, plot.castings), color: color(c), dash: dash(Math.floor(c / CURVES.length)) }, ...measuredOf(signals, { casting: c }, plot.castings)]);
   if (plot.fixtures) {
-    const all = [...struck].flatMap((c) => meta.castings[c].fixtures.map(([name], f) => [meta.castings.length > 1 ? `${meta.castings[c].name}: ${name}` : name, c, f]));
+    const all = [...struck].flatMap((c) => meta.castings[c].fixtures.map(({ name }, f) => [meta.castings.length > 1 ? `${meta.castings[c].name}: ${name}` : name, c, f]));
     return all.flatMap(([name, c, f], k) => [{ name, trace: signals.fixture(c, f, plot.fixtures), color: color(k), dash: dash(Math.floor(k / CURVES.length)) }, ...measuredOf(signals, { fixture: [c, f] }, plot.fixtures)]);
   }
   return shown.flatMap((h) => plot.hammer.flatMap(([name, quantity], k) => [{
@@ -109,7 +112,7 @@ function curvesOf(meta, signals, plot, shown) {
 function liftedOf(meta, shown) {
   const struck = [...new Set(shown.map((h) => meta.hammers[h].casting))];
   const places = struck.flatMap((c) => meta.castings[c].fixtures.map((_, f) => [c, f]));
-  return places.flatMap(([c, f], k) => meta.lifted.filter((pad) => pad.casting === c && pad.fixture === f && pad.spans_s.length).map(({ spans_s: spans }) => ({ name: meta.castings[c].fixtures[f][0], color: CURVES[k % CURVES.length], spans })));
+  return places.flatMap(([c, f], k) => meta.lifted.filter((pad) => pad.casting === c && pad.fixture === f && pad.spans_s.length).map(({ spans_s: spans }) => ({ name: meta.castings[c].fixtures[f].name, color: CURVES[k % CURVES.length], spans })));
 }
 
 /** The bar that stays in sight: time, jumps, zoom, hammers. */
@@ -197,6 +200,8 @@ async function scenePage() {
   controlBar(meta, view, player, hammers);
   const mechanism = meta.hammers.length ? new Mechanism(meta, signals, view) : null;
   if (mechanism) section('In motion', mechanism.figure.node, note('Contacts flash when they close. Chambers: white at ambient pressure, blue at the supply’s. Keys: space plays, n and p jump to the next and the previous blow, comma and full stop move by one sample.'));
+  const sides = new SideViews(meta, signals, view);
+  section('In place', note(PLACE_NOTE), el('div', { class: 'pair' }, sitePlan(meta).node, ...sides.nodes));
   hammers.plots = PLOTS.filter((plot) => !plot.points || meta.points.length).map((plot) => tracePlot(view, {
     ...plot, curves: () => curvesOf(meta, signals, plot, hammers.shown),
     blows: plot.blows ? () => meta.blows.filter((blow) => hammers.shown.includes(blow.hammer)) : undefined,
@@ -211,7 +216,7 @@ async function scenePage() {
   outputsSection(meta);
   provenance(meta);
   keyboard(view, player);
-  return { view, player, mechanism, signals, plots: hammers.plots };
+  return { view, player, mechanism, sides, signals, plots: hammers.plots };
 }
 
 /** What the page is made of, for those who look into it with the browser's tools. */

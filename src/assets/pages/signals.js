@@ -144,6 +144,7 @@ class Signals {
   hammer(index, quantity) { return this.get({ hammer: index }, quantity); }
   casting(index, quantity) { return this.get({ casting: index }, quantity); }
   fixture(casting, place, quantity) { return this.get({ fixture: [casting, place] }, quantity); }
+  core(casting, place, quantity) { return this.get({ core: [casting, place] }, quantity); }
   point(index, quantity) { return this.get({ point: index }, quantity); }
   /** Measured curves of a signal. */
   measured(of, quantity) { return this.curves.filter((curve) => curve.key === Signals.key(of, quantity)); }

@@ -118,6 +118,8 @@ quantities! {
         pub piston_acceleration_m_s2: f64 => "m/s2",
         /// chisel acceleration
         pub chisel_acceleration_m_s2: f64 => "m/s2",
+        /// displacement of the casting at the strike point, from rest
+        pub casting_displacement_m: f64 => "m",
     }
 }
 
@@ -139,6 +141,8 @@ quantities! {
         pub measuring_point_velocity_m_s: f64 => "m/s",
         /// acceleration of the measuring point, of the centre of mass where none is chosen
         pub measuring_point_acceleration_m_s2: f64 => "m/s2",
+        /// displacement of the measuring point, of the centre of mass where none is chosen, from rest
+        pub measuring_point_displacement_m: f64 => "m",
     }
 }
 
@@ -152,6 +156,8 @@ quantities! {
         pub point_displacement_m: f64 => "m",
         /// velocity of the structure at the fixture
         pub point_velocity_m_s: f64 => "m/s",
+        /// displacement of the casting at the fixture, from rest
+        pub casting_displacement_m: f64 => "m",
     }
 }
 
@@ -275,6 +281,7 @@ impl HammerSignals {
             cylinder_acceleration_m_s2: acceleration(body::CYLINDER),
             piston_acceleration_m_s2: acceleration(body::PISTON),
             chisel_acceleration_m_s2: acceleration(body::CHISEL),
+            casting_displacement_m: state.motion(PointId::Strike { hammer })[0],
         }
     }
 }
@@ -283,7 +290,7 @@ impl CastingSignals {
     fn at(state: &State<'_>, casting: usize) -> Self {
         let [heave_m, heave_velocity_m_s, heave_acceleration_m_s2] = state.motion(PointId::Centre { casting });
         let [rotation_x_rad, rotation_y_rad] = [0, 1].map(|axis| state.motion(PointId::Rotation { casting, axis })[0]);
-        let [_, measuring_point_velocity_m_s, measuring_point_acceleration_m_s2] =
+        let [measuring_point_displacement_m, measuring_point_velocity_m_s, measuring_point_acceleration_m_s2] =
             state.motion(PointId::Measured { casting });
         Self {
             heave_m,
@@ -293,6 +300,7 @@ impl CastingSignals {
             heave_acceleration_m_s2,
             measuring_point_velocity_m_s,
             measuring_point_acceleration_m_s2,
+            measuring_point_displacement_m,
         }
     }
 }
@@ -306,6 +314,7 @@ impl FixtureSignals {
             force_n: elements.map(|element| system.element_force(element, t, y)).sum(),
             point_displacement_m,
             point_velocity_m_s,
+            casting_displacement_m: state.motion(PointId::Held(fixture))[0],
         }
     }
 }

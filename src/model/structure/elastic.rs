@@ -218,6 +218,14 @@ impl ElasticBody {
         })
     }
 
+    /// Smallest and largest x, y and z of its nodes, m from the centre of mass.
+    pub fn extent_m(&self) -> [[f64; 2]; 3] {
+        [0, 1, 2].map(|axis| {
+            let places = self.nodes.iter().map(|node| node.place_m[axis]);
+            places.fold([0.0; 2], |[low, high]: [f64; 2], place| [low.min(place), high.max(place)])
+        })
+    }
+
     /// Mass in kg.
     pub fn mass_kg(&self) -> f64 {
         self.mass_kg

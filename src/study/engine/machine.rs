@@ -258,6 +258,11 @@ impl Machine {
         Ok(())
     }
 
+    /// Smallest and largest x, y and z of an elastic casting, m from its centre of mass; `None` for a rigid casting.
+    pub fn casting_extent_m(&self, casting: usize) -> Option<[[f64; 2]; 3]> {
+        self.castings.get(&casting).map(|casting| casting.body.extent_m())
+    }
+
     /// Adds the modes of the elastic castings.
     fn with_castings(&self, modes: PlacedModes, placement: &Placement) -> Result<PlacedModes, StructureError> {
         let mut modes = modes;
