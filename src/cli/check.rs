@@ -45,6 +45,9 @@ pub(super) struct CheckArguments {
     /// Write a scatter matrix of the design (SVG): each factor against each other factor
     #[arg(long, value_name = "FILE")]
     scatter: Option<PathBuf>,
+    /// With --scatter: replace an existing file
+    #[arg(long, requires = "scatter")]
+    replace: bool,
     /// Relative standard error for which the run duration is estimated
     #[arg(long, default_value_t = decore_lab::report::WANTED_ERROR, value_name = "SHARE", value_parser = wanted_error)]
     wanted_error: f64,
@@ -57,7 +60,11 @@ pub(super) struct CheckArguments {
 }
 
 pub(super) fn check(arguments: &CheckArguments) -> Result<Exit, Failure> {
-    let outputs = [Output { flag: "--scatter", path: arguments.scatter.as_deref(), form: Form::File(&["svg"]) }];
+    let outputs = [Output {
+        flag: "--scatter",
+        path: arguments.scatter.as_deref(),
+        form: Form::File { endings: &["svg"], replace: arguments.replace },
+    }];
     let engine =
         StudyArguments { file: &arguments.study, overrides: &arguments.overrides, outputs: &outputs }.engine()?;
     let plan = StudyOutline::of(&engine)?;

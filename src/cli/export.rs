@@ -36,7 +36,7 @@ pub(super) struct ExportArguments {
     work_j: Option<f64>,
     /// Shares for training and testing, or training, validation and testing
     ///
-    /// Example: 0.7,0.15,0.15. Rows of one group are never in two parts.
+    /// Example: "0.7,0.15,0.15", in quotes for PowerShell. Rows of one group are never in two parts.
     #[arg(long, value_name = "SHARES", value_delimiter = ',')]
     splits: Vec<f64>,
     /// Seed for the assignment of groups to parts

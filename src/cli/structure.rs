@@ -64,10 +64,10 @@ pub(super) struct StructureArguments {
     /// With --export: folder for the matrices
     #[arg(long, value_name = "FOLDER", requires = "export")]
     to: Option<PathBuf>,
-    /// With --export: replace existing files
+    /// Replace existing files of --html, --damping-to and --to
     ///
     /// Files that the study reads are never replaced.
-    #[arg(long, requires = "export")]
+    #[arg(long)]
     replace: bool,
 }
 
@@ -239,8 +239,16 @@ fn settings(arguments: &StructureArguments) -> Result<(StructureSettings, Option
     let names = arguments.export.map_or(Vec::new(), |format| format.files().to_vec());
     let to = Form::Folder { names: &names, replace: arguments.replace };
     let outputs = [
-        Output { flag: "--html", path: arguments.html.as_deref(), form: Form::File(&["html"]) },
-        Output { flag: "--damping-to", path: arguments.damping_to.as_deref(), form: Form::File(&["csv"]) },
+        Output {
+            flag: "--html",
+            path: arguments.html.as_deref(),
+            form: Form::File { endings: &["html"], replace: arguments.replace },
+        },
+        Output {
+            flag: "--damping-to",
+            path: arguments.damping_to.as_deref(),
+            form: Form::File { endings: &["csv"], replace: arguments.replace },
+        },
         Output { flag: "--to", path: arguments.to.as_deref(), form: to },
     ];
     if let Some(settings) = load_structure(&arguments.file)? {
