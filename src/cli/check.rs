@@ -152,7 +152,7 @@ fn quality_lines(quality: &Quality, rows: usize, lines: &mut Vec<String>) {
     lines.push(format!("  correlation  at most {:.4} between two factors{part}", quality.maximum_correlation));
 }
 
-/// What a two-level fraction confuses: its generators, how many words have which length, effects of one or two factors.
+/// Aliases of a two-level fraction: generators, number of words by length, effects of one or two factors.
 fn confused_lines(confused: &Confused, lines: &mut Vec<String>) {
     let generators = confused.generators.iter();
     lines.extend(generators.map(|one| format!("  generator    {} = {}", one.factor, one.product)));
@@ -202,7 +202,7 @@ fn probe_text(probe: &Probe) -> String {
     lines.join("\n")
 }
 
-/// What twins cost, or that the scene is known to amplify perturbations.
+/// Cost of twins, or a note that the scene amplifies perturbations.
 fn twins_line(probe: &Probe) -> Option<String> {
     let times = |twins: f64| 1.0 + probe.twin_time_ratio.unwrap_or(0.0) * twins;
     if probe.twins > 0 {

@@ -70,7 +70,7 @@ struct Case {
 }
 
 impl Default for Case {
-    /// As the template has it.
+    /// Values of the template.
     fn default() -> Self {
         Self { mass_kg: 3.0, size_m: [0.30, 0.20], hammers: 1, pressure_bar: 5.0, limit_m_s: 4.5 }
     }
@@ -121,7 +121,7 @@ impl InitArguments {
         let [x, y] = base.size_m;
         Ok(Some(Case {
             mass_kg: ask("Mass of the casting, kg", base.mass_kg, positive)?,
-            size_m: ask_as("Size of the casting in x and y (along the rail), m", &format!("{x}x{y}"), size)?,
+            size_m: ask_as("Size in x and y (y along the rail), m", &format!("{x}x{y}"), size)?,
             hammers: ask("Number of hammers", base.hammers, hammers)?,
             pressure_bar: ask("Supply pressure, bar above ambient", base.pressure_bar, positive)?,
             limit_m_s: ask("Largest velocity of the casting's points, m/s", base.limit_m_s, positive)?,

@@ -49,7 +49,7 @@ pub(super) struct StudyArguments<'a> {
     pub file: &'a Path,
     /// Settings `path=value` over its own.
     pub overrides: &'a [String],
-    /// What the command writes.
+    /// Outputs of the command.
     pub outputs: &'a [Output<'a>],
 }
 
@@ -57,7 +57,7 @@ impl StudyArguments<'_> {
     /// The study ready to run.
     ///
     /// # Errors
-    /// As for [`Self::study`]; what [`Engine::new`] finds wrong.
+    /// As for [`Self::study`]; errors of [`Engine::new`].
     pub fn engine(&self) -> Result<Engine, Failure> {
         ready(self.study()?)
     }
@@ -73,7 +73,7 @@ impl StudyArguments<'_> {
     /// The study held to its machine, which is not reduced: rows to look at, not to run.
     ///
     /// # Errors
-    /// As for [`Self::study`]; what is wrong with the files of its machine.
+    /// As for [`Self::study`]; errors of the files of its machine.
     pub fn checked(&self) -> Result<CheckedStudy, Failure> {
         let checked = checked(self.study()?)?;
         warn(&checked);
@@ -98,7 +98,7 @@ impl StudyArguments<'_> {
     }
 }
 
-/// A study made ready to run, with a word about what was not as expected.
+/// Prepares a study to run, and prints notes and warnings.
 fn ready(study: Study) -> Result<Engine, Failure> {
     let engine = Engine::new(study)?;
     engine.notes().for_each(|note| eprint_line(&format_args!("note: {note}")));
@@ -229,7 +229,7 @@ fn is_status(path: &Path) -> bool {
     fs::read(path).is_ok_and(|bytes| serde_json::from_slice::<SweepStatus>(&bytes).is_ok())
 }
 
-/// Refuses a companion whose place is taken by a file that does not begin as what the program writes there.
+/// Refuses a companion if another file has its name, unless that file begins like the companion.
 fn expect_own(flag: &str, path: &Path, text: &str) -> Result<(), Failure> {
     match fs::metadata(path) {
         Err(error) if error.kind() == ErrorKind::NotFound => return Ok(()),
@@ -259,7 +259,7 @@ fn nearest(folder: &Path) -> &Path {
     found.unwrap_or(Path::new("."))
 }
 
-/// What tells a file from all others, whatever path or link names it; `None`: there is none.
+/// Identity of a file, the same for all its paths and links; `None`: there is no file.
 #[cfg(unix)]
 fn identity(path: &Path) -> Option<Identity> {
     use std::os::unix::fs::MetadataExt;

@@ -33,7 +33,7 @@ const EXIT_CODES: [(&str, &str); 9] = [
     ("9", "compare: the datasets differ."),
 ];
 
-/// Examples of commands: what for, and the command line.
+/// Examples of commands: purpose and command line.
 const EXAMPLES: &[(&str, &[(&str, &str)])] = &[
     (
         "init",

@@ -1,4 +1,4 @@
-//! `decore paper`: the publication that the model follows, beside what decore gives.
+//! `decore paper`: compares decore with the publication that the model follows.
 
 use std::fmt::Write as _;
 use std::path::PathBuf;
@@ -15,7 +15,7 @@ use crate::paper::{
 
 /// Columns of a text that no terminal reads.
 const PLAIN_COLUMNS: usize = 80;
-/// Width of what a line is about, and of a value of a table of evidence.
+/// Width of the name of a line, and of a value in a table of evidence.
 const NAME: usize = 30;
 const VALUE: usize = 16;
 
@@ -91,7 +91,7 @@ fn section(text: &mut String, group: &FigureGroup) {
     }
 }
 
-/// The tolerance, and what the columns of figures are.
+/// The tolerance and the headings of the columns.
 fn heading(text: &mut String, tolerance: Tolerance) {
     let [one, two, three, four, five] = tolerance.columns();
     let line = format!("{:<NAME$} {one:>10} {two:>9} {three:>9} {four:>9} {five:>8}", "");

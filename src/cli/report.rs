@@ -1,4 +1,4 @@
-//! `decore report`: what a dataset holds, as text for a terminal.
+//! `decore report`: summary of a dataset as text or as a page.
 
 use std::path::{Path, PathBuf};
 
@@ -116,7 +116,7 @@ fn study_of(arguments: &ReportArguments) -> Result<CheckedStudy, String> {
     checked(study).map_err(|error| words(&error))
 }
 
-/// Whether the locale says that characters are UTF-8.
+/// Whether the locale uses UTF-8.
 fn shows_blocks() -> bool {
     let set = ["LC_ALL", "LC_CTYPE", "LANG"].iter().filter_map(|name| std::env::var(name).ok());
     let locale = set.into_iter().find(|value| !value.is_empty()).unwrap_or_default().to_lowercase();

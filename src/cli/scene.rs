@@ -168,7 +168,7 @@ fn recorded(engine: &Engine, row: usize, interval_s: f64) -> Result<(RowOutcome,
     })
 }
 
-/// What is drawn of a row, or compared with a measurement.
+/// Signals of a row that are drawn or compared with a measurement.
 struct DrawnRow<'a> {
     outcome: &'a RowOutcome,
     scene: &'a Scene,

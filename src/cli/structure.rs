@@ -149,16 +149,16 @@ pub(super) fn structure(arguments: &StructureArguments) -> Result<Exit, Failure>
     Ok(Exit::Done)
 }
 
-/// How good a reduction is.
+/// Quality of a reduction.
 #[derive(Debug, Serialize, JsonSchema)]
 pub(super) struct StructureResult {
     #[serde(flatten)]
     report: QualityReport,
-    /// How many modes the scene of the study's first row needs; null for a structure alone.
+    /// Number of modes that the scene of the study's first row needs; null for a structure alone.
     selections: Option<Selections>,
 }
 
-/// How many modes a scene needs, out of all of the basis, housings added.
+/// Number of modes that a scene needs, out of the basis with housings.
 #[derive(Debug, Serialize, JsonSchema)]
 struct Selections {
     /// Receptances are compared up to this frequency in Hz.
@@ -234,7 +234,7 @@ fn selections_text(selections: &Selections) -> String {
     text
 }
 
-/// Settings of the structure, and what a study needs of it.
+/// Settings of the structure, and the study's demand on it.
 fn settings(arguments: &StructureArguments) -> Result<(StructureSettings, Option<ReductionSettings>), Failure> {
     let names = arguments.export.map_or(Vec::new(), |format| format.files().to_vec());
     let to = Form::Folder { names: &names, replace: arguments.replace };
@@ -330,7 +330,7 @@ fn readable(report: &QualityReport) -> String {
     lines.join("\n")
 }
 
-/// What tells at a glance whether the matrices are those that were meant.
+/// Figures that show at a glance whether the matrices are right.
 fn sense_lines(report: &QualityReport) -> Vec<String> {
     let kg = |mass: f64| {
         if mass == 0.0 || (1e-3..1e9).contains(&mass) { format!("{mass:.6}") } else { format!("{mass:.6e}") }

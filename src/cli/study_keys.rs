@@ -79,7 +79,7 @@ impl<'a> Sections<'a> {
         })
     }
 
-    /// Writes a key: unit, default, and what it is.
+    /// Writes a key: unit, default, description.
     fn key(&mut self, key: &str, entry: &Value, required: bool) {
         let description =
             entry["description"].as_str().unwrap_or_default().split_whitespace().collect::<Vec<_>>().join(" ");

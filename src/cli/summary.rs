@@ -94,7 +94,7 @@ fn fitted([head, tail]: [&[Line]; 2], answer: &str, (heading, tables): (&str, &[
     format!("{}{table}{}{}", text(head), text(tail), fit(answer, columns))
 }
 
-/// Study, rows by status, and what speaks against them.
+/// Study, rows by status, and doubts about them.
 fn head(report: &Report) -> Vec<Line> {
     let hash: String = report.study_hash.chars().take(12).collect();
     let there: u64 = report.statuses.values().sum();
@@ -196,7 +196,7 @@ fn least_width(heading: &str) -> usize {
     (longest..=heading.chars().count()).find(|width| lines(*width) <= HEAD_LINES).unwrap_or(longest)
 }
 
-/// Outputs of a best row beside its rank: those that limits mostly name come first.
+/// Outputs of a best row besides its rank; typical quantities of limits come first.
 fn main_outputs(best: &BestRow) -> impl Iterator<Item = &NamedValue> {
     let is_limit = |one: &&NamedValue| one.name.contains("velocity");
     let (limits, others): (Vec<&NamedValue>, Vec<&NamedValue>) =

@@ -1,4 +1,4 @@
-//! `decore surrogate`: models of a dataset's outputs; `decore predict`: what they say of rows that were not run.
+//! `decore surrogate` fits models of a dataset's outputs; `decore predict` predicts rows that were not run.
 
 use std::path::PathBuf;
 

@@ -13,7 +13,7 @@ use super::exit::Failure;
 use decore_model::run::MOST_THREADS;
 use decore_study::engine::{Engine, RowRunner};
 
-/// Longest line of a message; what quotes a file must not fill a log.
+/// Longest line of a message; a quoted file must not fill a log.
 const LONGEST_LINE: usize = 2000;
 /// Columns of help texts in a file or a pipe.
 const HELP_COLUMNS: usize = 100;
@@ -35,7 +35,7 @@ pub(super) fn print_line(line: &dyn Display) -> Result<(), Failure> {
 /// on without it and ends with its own code.
 ///
 /// # Errors
-/// As [`say`].
+/// As [`print_line`].
 pub(super) fn printed(written: io::Result<()>) -> Result<(), Failure> {
     // Part of a line may still be kept back.
     match written.and_then(|()| io::stdout().flush()) {
