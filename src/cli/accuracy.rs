@@ -26,7 +26,7 @@ use decore_study::engine::{Engine, RowRunner, RowScene};
 
 /// Cut-off of the modes with which truncation is judged, unless another is asked for: above all of most machines' models.
 const ALL_MODES_HZ: f64 = 1e9;
-/// What is written: the table, the text, the plot.
+/// Names of the written files: table, text, plot.
 const FILES: [&str; 3] = ["accuracy.parquet", "accuracy.txt", "accuracy.svg"];
 
 #[derive(Debug, Args)]
@@ -144,7 +144,7 @@ pub(super) struct AccuracyResult {
     study_hash: String,
     /// The row.
     row: usize,
-    /// What the outputs are, by name.
+    /// Outputs by name.
     outputs: BTreeMap<&'static str, String>,
     /// The settings that were run.
     settings: Vec<SettingResult>,
@@ -152,7 +152,7 @@ pub(super) struct AccuracyResult {
     reference_error: Errors,
     /// Relative movement of each output where pressures and standoffs are perturbed.
     sensitivity: Errors,
-    /// What modes that are left out change; null where there are none, or none were asked for.
+    /// Effect of the modes that are left out; null if there are none, or none were requested.
     truncation: Option<Truncation>,
 }
 
@@ -172,7 +172,7 @@ struct SettingResult {
     errors: Errors,
 }
 
-/// What modes that are left out change.
+/// Effect of the modes that are left out.
 #[derive(Debug, Serialize, JsonSchema)]
 struct Truncation {
     /// Modes with none left out.
@@ -210,7 +210,7 @@ quantities! {
     /// A row of the table, before its errors.
     #[derive(Debug, Default, Serialize, JsonSchema)]
     pub struct TableRow {
-        /// Family of settings, or what limits all of them.
+        /// Family of settings, or a limit of all of them.
         pub setting: String => "",
         /// Fidelity preset that the setting is.
         pub preset: Option<String> => "",
@@ -218,9 +218,9 @@ quantities! {
         pub method: Option<String> => "",
         /// Model of the housing guide.
         pub guide: Option<String> => "",
-        /// How modes are integrated.
+        /// Integration of the modes.
         pub modes_treatment: Option<String> => "",
-        /// How the run ended.
+        /// Status of the run.
         pub status: Option<RowStatus> => "",
         /// Error tolerance of a step; NaN at a fixed step.
         pub tolerance: Option<f64> => "1",
@@ -255,7 +255,7 @@ impl TableRow {
     }
 }
 
-/// The table: a row per setting, then what limits all of them.
+/// The table: a row per setting, then the limits of all of them.
 fn columns(result: &Accuracy) -> Vec<TableColumn> {
     let limit = |name: &str| TableRow { setting: name.to_owned(), ..TableRow::default() };
     let mut rows: Vec<TableRow> = result.measurements.iter().map(TableRow::of).collect();

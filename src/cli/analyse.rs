@@ -74,6 +74,9 @@ pub(super) struct AnalyseArguments {
     /// Also write the indices to this Parquet file
     #[arg(long, value_name = "FILE")]
     parquet: Option<PathBuf>,
+    /// With --parquet: replace an existing file
+    #[arg(long, requires = "parquet")]
+    replace: bool,
 }
 
 /// Reads an estimator by its name.
@@ -97,7 +100,11 @@ fn width(text: &str) -> Result<f64, String> {
 
 pub(super) fn analyse(arguments: &AnalyseArguments) -> Result<Exit, Failure> {
     expect_dataset(&arguments.dataset)?;
-    let parquet = Output { flag: "--parquet", path: arguments.parquet.as_deref(), form: Form::File(&["parquet"]) };
+    let parquet = Output {
+        flag: "--parquet",
+        path: arguments.parquet.as_deref(),
+        form: Form::File { endings: &["parquet"], replace: arguments.replace },
+    };
     check_outputs(std::slice::from_ref(&arguments.dataset), &[parquet])?;
     let bootstrap =
         Bootstrap { replicates: arguments.bootstrap as usize, seed: arguments.seed, level: Bootstrap::LEVEL };

@@ -45,6 +45,9 @@ pub(super) struct CheckArguments {
     /// Write a scatter matrix of the design (SVG): each factor against each other factor
     #[arg(long, value_name = "FILE")]
     scatter: Option<PathBuf>,
+    /// With --scatter: replace an existing file
+    #[arg(long, requires = "scatter")]
+    replace: bool,
     /// Relative standard error for which the run duration is estimated
     #[arg(long, default_value_t = decore_lab::report::WANTED_ERROR, value_name = "SHARE", value_parser = wanted_error)]
     wanted_error: f64,
@@ -57,7 +60,11 @@ pub(super) struct CheckArguments {
 }
 
 pub(super) fn check(arguments: &CheckArguments) -> Result<Exit, Failure> {
-    let outputs = [Output { flag: "--scatter", path: arguments.scatter.as_deref(), form: Form::File(&["svg"]) }];
+    let outputs = [Output {
+        flag: "--scatter",
+        path: arguments.scatter.as_deref(),
+        form: Form::File { endings: &["svg"], replace: arguments.replace },
+    }];
     let engine =
         StudyArguments { file: &arguments.study, overrides: &arguments.overrides, outputs: &outputs }.engine()?;
     let plan = StudyOutline::of(&engine)?;
@@ -150,7 +157,7 @@ fn quality_lines(quality: &Quality, rows: usize, lines: &mut Vec<String>) {
     lines.push(format!("  correlation  at most {:.4} between two factors{part}", quality.maximum_correlation));
 }
 
-/// What a two-level fraction confuses: its generators, how many words have which length, effects of one or two factors.
+/// Aliases of a two-level fraction: generators, number of words by length, effects of one or two factors.
 fn confused_lines(confused: &Confused, lines: &mut Vec<String>) {
     let generators = confused.generators.iter();
     lines.extend(generators.map(|one| format!("  generator    {} = {}", one.factor, one.product)));
@@ -200,7 +207,7 @@ fn probe_text(probe: &Probe) -> String {
     lines.join("\n")
 }
 
-/// What twins cost, or that the scene is known to amplify perturbations.
+/// Cost of twins, or a note that the scene amplifies perturbations.
 fn twins_line(probe: &Probe) -> Option<String> {
     let times = |twins: f64| 1.0 + probe.twin_time_ratio.unwrap_or(0.0) * twins;
     if probe.twins > 0 {

@@ -1,4 +1,4 @@
-//! What `decore check` finds, as plain data: printed as text or as JSON.
+//! Results of `decore check` as plain data, printed as text or as JSON.
 
 use schemars::JsonSchema;
 use serde::Serialize;
@@ -15,7 +15,7 @@ use decore_statistics::design::{Acceptance, Aliases, Design, Kind, Quality};
 use decore_study::Study;
 use decore_study::engine::{Engine, Repeats, RowRunner, RowScene};
 
-/// Wall time in s spent at most on the row that tells the time of the others.
+/// Largest wall time in s of the row from which the time of the others is estimated.
 const PROBE_WALL_TIME_S: f64 = 10.0;
 /// Rows looked at for one that can be simulated.
 const PROBED_ROWS: usize = 100;
@@ -23,7 +23,7 @@ const PROBED_ROWS: usize = 100;
 /// All that is found.
 #[derive(Debug, Serialize, JsonSchema)]
 pub(super) struct Check {
-    /// What is known without running a row.
+    /// Facts that need no run.
     #[serde(flatten)]
     pub plan: StudyOutline,
     /// The first row that can be simulated, run for at most 10 s of wall time; null where none of the first 100 can.
@@ -41,20 +41,20 @@ pub(super) struct UnbuiltRow {
     pub reason: String,
 }
 
-/// What is known of a study without running a row.
+/// Facts about a study that need no run.
 #[derive(Debug, Serialize, JsonSchema)]
 pub(super) struct StudyOutline {
     /// Title of the study.
     pub study: String,
     /// Hash of the study.
     pub study_hash: String,
-    /// What looks wrong and is run nevertheless, a sentence each.
+    /// Warnings, a sentence each; the rows are run nevertheless.
     pub warnings: Vec<String>,
     /// Rows of the design.
     pub rows: usize,
     /// Rows that have the same factors as an earlier one, which is run for both; of the first 1048576 rows.
     pub repeated: usize,
-    /// How the design could be better at no cost, a sentence each.
+    /// Hints for a better design at no cost, a sentence each.
     pub hints: Vec<String>,
     /// Seed of the design.
     pub seed: u64,
@@ -62,9 +62,9 @@ pub(super) struct StudyOutline {
     pub factors: Vec<FactorPlan>,
     /// The constraints as typed.
     pub constraints: Vec<String>,
-    /// How many points, or blocks of rows that belong together, met the constraints; null where none were left out.
+    /// Number of points, or of blocks of rows that belong together, that met the constraints; null if none were left out.
     pub acceptance: Option<Acceptance>,
-    /// What a two-level fraction confuses; null for another design.
+    /// Aliases of a two-level fraction; null for another design.
     pub confused: Option<Confused>,
     /// Measures of the design; null without factors.
     pub quality: Option<Quality>,
@@ -87,7 +87,7 @@ pub(super) struct FactorPlan {
     pub name: String,
     /// Unit; null where the study names none.
     pub unit: Option<String>,
-    /// What it varies over, in words.
+    /// Range or values, in words.
     pub domain: String,
     /// The study's values that it drives.
     pub drives: Vec<String>,
@@ -95,7 +95,7 @@ pub(super) struct FactorPlan {
     pub conversions: Vec<String>,
 }
 
-/// What a two-level fraction confuses.
+/// Aliases of a two-level fraction.
 #[derive(Debug, Serialize, JsonSchema)]
 pub(super) struct Confused {
     /// Factors that are products of others.
@@ -118,20 +118,20 @@ pub(super) struct Generator {
     pub product: String,
 }
 
-/// What a row took, and the others may take.
+/// Cost of a row, and estimate for the others.
 #[derive(Debug, Serialize, JsonSchema)]
 pub(super) struct Probe {
     /// The row that was run.
     pub row: usize,
-    /// How the run ended.
+    /// Status of the run.
     pub status: RowStatus,
-    /// Why it is not done; empty if it is.
+    /// Reason if it is not done; else empty.
     pub reason: String,
     /// Simulated time reached, s.
     pub time_reached_s: f64,
     /// Modes of the structure that were kept.
     pub modes: usize,
-    /// How the modes were selected; null where they are not.
+    /// Selection of the modes; null if they are not selected.
     pub selection: Option<Selected>,
     /// States of the coupled system.
     pub states: usize,
@@ -139,7 +139,7 @@ pub(super) struct Probe {
     pub elastic_links: Vec<ElasticLink>,
     /// Twins of each row.
     pub twins: u64,
-    /// Why outputs of the row may scatter; null where nothing says so.
+    /// Reason for scatter of the row's outputs; null if there is none.
     pub amplifies: Option<String>,
     /// How many times as long a row takes with one twin as without, less one; null where neither twins nor a scene that
     /// amplifies make it worth knowing.
@@ -203,7 +203,7 @@ pub(super) struct Selected {
 }
 
 impl StudyOutline {
-    /// What a study plans.
+    /// The plan of a study.
     ///
     /// # Errors
     /// Names of which no columns can be made.
@@ -248,7 +248,7 @@ fn repeated(engine: &Engine) -> usize {
     }
 }
 
-/// How a design could be better.
+/// Hints for a better design.
 fn hints(design: &Design) -> Vec<String> {
     let parts: Vec<&Kind> = match design.kind() {
         Kind::Union(union) => union.parts.iter().collect(),
@@ -360,7 +360,7 @@ pub(super) fn probe(
     }
 }
 
-/// How many times as long as the row its twin takes.
+/// Time of a twin relative to its row.
 fn twin_time_ratio(scene: &Scene, modes: &PlacedModes, outcome: &RowOutcome) -> f64 {
     run_row(&twin(scene, 0), modes).wall_time_s / outcome.wall_time_s
 }

@@ -75,11 +75,11 @@ pub(super) struct HyperQueueArguments {
     cluster: ClusterArguments,
 }
 
-/// Where a sweep's scripts are and what it consists of; all paths absolute.
+/// Folders and written files of a sweep on a cluster; all paths are absolute.
 struct SweepScripts {
     output: PathBuf,
     folder: PathBuf,
-    /// What was written so far.
+    /// Files written so far.
     written: Written,
 }
 
@@ -167,7 +167,7 @@ impl SweepScripts {
         Ok(Self { folder: folder.into(), output, written: Written::default() })
     }
 
-    /// Checks the study, then writes what every scheduler uses.
+    /// Checks the study, then writes the files that every scheduler uses.
     fn write(&mut self, arguments: &ClusterArguments) -> Result<(), Failure> {
         let program = std::env::current_exe();
         let program = program.map_err(|source| Failure::Argument(format!("failed to find this program: {source}")))?;
@@ -234,7 +234,7 @@ impl SweepScripts {
     }
 }
 
-/// What a task runs, but for its shard.
+/// Command of a task without its shard.
 fn run_command(program: &Path, arguments: &ClusterArguments) -> Result<Vec<OsString>, Failure> {
     let study = absolute("study", &arguments.study)?;
     let mut command = vec![program.into(), "run".into(), study.into_os_string()];

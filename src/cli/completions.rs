@@ -1,4 +1,4 @@
-//! `decore completions` and `decore man`: what shells and manuals know of the command line, from its own definition.
+//! `decore completions` and `decore man`: scripts for shells and manual pages, from the definition of the command line.
 
 use std::fs;
 use std::io::{Write, stdout};

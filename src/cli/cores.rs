@@ -35,6 +35,9 @@ pub(super) struct CoresArguments {
     /// Write the times of all core points of all rows to this Parquet file.
     #[arg(short, long, value_name = "FILE")]
     output: Option<PathBuf>,
+    /// Replace an existing table
+    #[arg(long, requires = "output")]
+    replace: bool,
     /// Print the result as JSON (schemas/cores.schema.json).
     #[arg(long)]
     json: bool,
@@ -48,7 +51,11 @@ fn law() -> impl TypedValueParser<Value = LifetimeLaw> {
 
 pub(super) fn cores(arguments: &CoresArguments) -> Result<Exit, Failure> {
     expect_dataset(&arguments.dataset)?;
-    let output = Output { flag: "--output", path: arguments.output.as_deref(), form: Form::File(&["parquet"]) };
+    let output = Output {
+        flag: "--output",
+        path: arguments.output.as_deref(),
+        form: Form::File { endings: &["parquet"], replace: arguments.replace },
+    };
     check_outputs(&[arguments.dataset.clone(), arguments.tests.clone()], &[output])?;
     let reader = DatasetReader::open(&arguments.dataset)?;
     let settings = CoreSettings { tests: arguments.tests.clone(), law: arguments.law, best: arguments.best };

@@ -20,6 +20,9 @@ pub(super) struct DesignArguments {
     /// The table has the row number and a column `factor_NAME` for each factor.
     #[arg(short, long, value_name = "FILE")]
     output: PathBuf,
+    /// Replace an existing file
+    #[arg(long)]
+    replace: bool,
     /// Set a value of the study, for example `design.rows=500`; repeatable
     #[arg(long = "set", value_name = "PATH=VALUE")]
     overrides: Vec<String>,
@@ -30,7 +33,11 @@ pub(super) struct DesignArguments {
 
 pub(super) fn design(arguments: &DesignArguments) -> Result<Exit, Failure> {
     let file = &arguments.output;
-    let outputs = [Output { flag: "--output", path: Some(file), form: Form::File(&["parquet", "csv"]) }];
+    let outputs = [Output {
+        flag: "--output",
+        path: Some(file),
+        form: Form::File { endings: &["parquet", "csv"], replace: arguments.replace },
+    }];
     let study =
         StudyArguments { file: &arguments.study, overrides: &arguments.overrides, outputs: &outputs }.checked()?;
     let (info, columns) = design_table(&study);

@@ -22,7 +22,7 @@ use decore_model::structure::StructureError;
 use decore_study::StudyError;
 use decore_study::engine::EngineError;
 
-/// How a command ended; the numbers are part of the interface.
+/// End of a command; the numbers are part of the interface.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Exit {
     /// All rows are done.
@@ -51,7 +51,7 @@ impl From<Exit> for ExitCode {
     }
 }
 
-/// Why a command failed.
+/// Error of a command.
 #[derive(Debug, thiserror::Error)]
 pub(crate) enum Failure {
     #[error("{0}")]
@@ -92,7 +92,7 @@ pub(crate) enum Failure {
     Print(std::io::Error),
 }
 
-/// What the command line can do about a failure of the library.
+/// Advice for an error of the library.
 fn advice(error: &EngineError) -> &'static str {
     match error {
         EngineError::Dataset(DatasetError::Exists { .. } | DatasetError::Changed { .. }) => {
@@ -248,7 +248,7 @@ pub(super) fn write_durable_file(path: &Path, content: impl AsRef<[u8]>) -> Resu
     write().map_err(|source| Failure::Write { path: path.display().to_string(), source: without_path(source) })
 }
 
-/// Tries whether files can be made in a folder, for the output at `path`; what was made is gone afterwards.
+/// Checks that a file can be created in a folder, for the output at `path`. The created file is removed.
 pub(super) fn check_writable(folder: &Path, path: &Path) -> Result<(), Failure> {
     // Of a name that any file system takes, whatever that of the output.
     Staged::write(folder, Path::new("decore"), b"")
@@ -256,7 +256,7 @@ pub(super) fn check_writable(folder: &Path, path: &Path) -> Result<(), Failure> 
         .map_err(|source| Failure::Write { path: path.display().to_string(), source: without_path(source) })
 }
 
-/// An error of the system without the passing name of the file, which tells users nothing.
+/// An error of the system without the temporary name of the file.
 fn without_path(error: std::io::Error) -> std::io::Error {
     if error.raw_os_error().is_some() { error } else { error.kind().into() }
 }

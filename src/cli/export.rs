@@ -13,7 +13,7 @@ use super::written::Written;
 use decore_dataset::{DatasetReader, place};
 use decore_lab::features::{FeatureColumn, FeatureSettings, Format, GroupBy, Role, Splits, files};
 
-/// What the files of an export hold, in the order in which it names them.
+/// Contents of the files of an export, in their order.
 const KINDS: [&str; 5] = ["features", "dictionary", "dictionary", "metadata", "card"];
 
 #[derive(Debug, Args)]
@@ -36,7 +36,7 @@ pub(super) struct ExportArguments {
     work_j: Option<f64>,
     /// Shares for training and testing, or training, validation and testing
     ///
-    /// Example: 0.7,0.15,0.15. Rows of one group are never in two parts.
+    /// Example: "0.7,0.15,0.15", in quotes for PowerShell. Rows of one group are never in two parts.
     #[arg(long, value_name = "SHARES", value_delimiter = ',')]
     splits: Vec<f64>,
     /// Seed for the assignment of groups to parts
@@ -127,7 +127,7 @@ fn splits(arguments: &ExportArguments) -> Result<Option<Splits>, Failure> {
     }
 }
 
-/// How many rows the parts of the splits have.
+/// Number of rows in each part of the splits.
 fn shares(split: &FeatureColumn) -> String {
     let mut counts: Vec<(String, usize)> = Vec::new();
     for part in (0..split.values.count).map(|row| split.values.text(row)) {

@@ -154,7 +154,7 @@ fn columns() -> Result<String, Failure> {
     Ok(tables.collect())
 }
 
-/// What columns of `runs` are about, as a heading.
+/// Heading of a group of columns of `runs`.
 fn title(group: ColumnGroup) -> &'static str {
     match group {
         ColumnGroup::Row => "## The row",

@@ -7,7 +7,7 @@ use std::path::PathBuf;
 use clap::Args;
 
 use super::exit::{Exit, Failure};
-use super::outputs::{Form, Output, check_outputs};
+use super::outputs::{Form, Output, check_outputs, exists};
 use super::text::{print_line, shell_word};
 use super::written::Written;
 use decore_study::template;
@@ -37,10 +37,10 @@ pub(super) struct InitArguments {
     /// In a terminal, `decore init` asks for this and the following values. Give one of them on the command line to skip the questions.
     #[arg(long, value_name = "KG", value_parser = positive)]
     casting_mass_kg: Option<f64>,
-    /// Size of the casting in x and y, in m, for example `0.3,0.2`
+    /// Size of the casting in x and y, in m, for example `0.3x0.2`
     ///
     /// The hammers' rail of the built-in machine runs along y.
-    #[arg(long, value_name = "X,Y", value_parser = size)]
+    #[arg(long, value_name = "XxY", value_parser = size)]
     casting_size_m: Option<[f64; 2]>,
     /// Number of hammers, 1 to 4 (default: 1)
     #[arg(long, value_name = "N", value_parser = hammers)]
@@ -70,7 +70,7 @@ struct Case {
 }
 
 impl Default for Case {
-    /// As the template has it.
+    /// Values of the template.
     fn default() -> Self {
         Self { mass_kg: 3.0, size_m: [0.30, 0.20], hammers: 1, pressure_bar: 5.0, limit_m_s: 4.5 }
     }
@@ -88,7 +88,7 @@ fn size(text: &str) -> Result<[f64; 2], String> {
     let sides = numbers.and_then(|numbers| <[f64; 2]>::try_from(numbers).ok());
     sides
         .filter(|sides| sides.iter().all(|side| *side <= 10.0))
-        .ok_or_else(|| "expected the size in x and y in m, for example 0.3,0.2".to_owned())
+        .ok_or_else(|| "expected the size in x and y in m, for example 0.3x0.2".to_owned())
 }
 
 /// Reads a number of hammers.
@@ -121,7 +121,7 @@ impl InitArguments {
         let [x, y] = base.size_m;
         Ok(Some(Case {
             mass_kg: ask("Mass of the casting, kg", base.mass_kg, positive)?,
-            size_m: ask_as("Size of the casting in x and y (along the rail), m", &format!("{x},{y}"), size)?,
+            size_m: ask_as("Size in x and y (y along the rail), m", &format!("{x}x{y}"), size)?,
             hammers: ask("Number of hammers", base.hammers, hammers)?,
             pressure_bar: ask("Supply pressure, bar above ambient", base.pressure_bar, positive)?,
             limit_m_s: ask("Largest velocity of the casting's points, m/s", base.limit_m_s, positive)?,
@@ -237,10 +237,14 @@ pub(super) fn init(arguments: &InitArguments) -> Result<Exit, Failure> {
     let is_file = arguments.file.as_os_str() != "-";
     if is_file {
         // Before the questions, not after.
-        check_outputs(&[], &[Output { flag: "FILE", path: Some(&arguments.file), form: Form::File(&[]) }])?;
-        if !arguments.replace && arguments.file.symlink_metadata().is_ok() {
-            return Err(there_already(arguments));
-        }
+        check_outputs(
+            &[],
+            &[Output {
+                flag: "FILE",
+                path: Some(&arguments.file),
+                form: Form::File { endings: &[], replace: arguments.replace },
+            }],
+        )?;
     }
     let text = arguments.case()?.map_or(Ok(text.clone()), |case| fill(&text, &case))?;
     if !is_file {
@@ -252,11 +256,6 @@ pub(super) fn init(arguments: &InitArguments) -> Result<Exit, Failure> {
         return Ok(Exit::Done);
     }
     write(arguments, &text)
-}
-
-fn there_already(arguments: &InitArguments) -> Failure {
-    let path = arguments.file.display();
-    Failure::Argument(format!("{path} exists and was not touched: give another name, or --replace to replace it"))
 }
 
 fn write(arguments: &InitArguments, text: &str) -> Result<Exit, Failure> {
@@ -282,7 +281,7 @@ fn write(arguments: &InitArguments, text: &str) -> Result<Exit, Failure> {
             told.print(arguments.json, &words)?;
             Ok(Exit::Done)
         }
-        Err(error) if error.kind() == ErrorKind::AlreadyExists => Err(there_already(arguments)),
+        Err(error) if error.kind() == ErrorKind::AlreadyExists => Err(exists("FILE", &arguments.file)),
         Err(source) => Err(Failure::Write { path, source }),
     }
 }

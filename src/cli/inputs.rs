@@ -1,4 +1,4 @@
-//! What was given in place of a study or a dataset, and what to do about it.
+//! Errors for paths that are not a study or a dataset, with a suggestion.
 
 use std::ffi::OsStr;
 use std::path::{Path, PathBuf};
@@ -18,7 +18,7 @@ pub(super) fn is_dataset(path: &Path) -> bool {
     path.join(MANIFEST_NAME).is_file()
 }
 
-/// Refuses what cannot be a study, before anything is read.
+/// Refuses a path that cannot be a study, before anything is read.
 pub(super) fn expect_study(path: &Path) -> Result<(), Failure> {
     let shown = path.display();
     let fault = |message: String| Err(Failure::Argument(message));
@@ -57,7 +57,7 @@ pub(super) fn expect_study(path: &Path) -> Result<(), Failure> {
     Ok(())
 }
 
-/// Refuses what cannot be a dataset, before anything is read.
+/// Refuses a path that cannot be a dataset, before anything is read.
 pub(super) fn expect_dataset(path: &Path) -> Result<(), Failure> {
     let shown = path.display();
     let fault = |message: String| Err(Failure::Argument(message));
@@ -91,13 +91,12 @@ pub(super) fn expect_dataset(path: &Path) -> Result<(), Failure> {
     Ok(())
 }
 
-/// Refuses a file to write whose name says that it is of another kind than those that end in one of `endings`; `flag`: what
-/// names it.
+/// Refuses an output file whose name does not end in one of `endings`. `flag`: its option.
 pub(super) fn expect_ending(flag: &str, file: &Path, endings: &[&str]) -> Result<(), Failure> {
     check_ending(file, endings).map_err(|error| Failure::Argument(format!("{flag} {error}")))
 }
 
-/// Names of what is in a folder, in order; none where it cannot be read.
+/// Sorted names in a folder; none if it cannot be read.
 fn names(folder: &Path) -> impl Iterator<Item = String> {
     let entries = std::fs::read_dir(folder).into_iter().flatten().filter_map(Result::ok);
     let mut names: Vec<String> = entries.map(|entry| entry.file_name().to_string_lossy().into_owned()).collect();

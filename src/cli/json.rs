@@ -1,4 +1,4 @@
-//! What commands print as JSON: one way to print it, one form of its schemas.
+//! JSON output of commands, and its schemas.
 
 use schemars::{JsonSchema, schema_for};
 use serde::Serialize;
@@ -11,7 +11,7 @@ use super::text::{fit, print_line, terminal_columns};
 /// Prints a result as JSON, its keys in the order of its declaration; numbers that are none are null.
 ///
 /// # Errors
-/// As [`say`].
+/// As [`print_line`].
 pub(super) fn print_json(value: &impl Serialize) -> Result<(), Failure> {
     let text = serde_json::to_string_pretty(value).map_err(|error| Failure::Argument(error.to_string()))?;
     if let Some(caller) = Caller::current() {

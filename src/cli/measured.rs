@@ -1,4 +1,4 @@
-//! `decore scene --measured`: measured channels beside the row's signals.
+//! `decore scene --measured`: compares measured channels with the row's signals.
 
 use std::path::PathBuf;
 
@@ -59,21 +59,21 @@ struct Channel {
     column: MeasuredColumn,
 }
 
-/// A channel beside its signal.
+/// A channel compared with its signal.
 #[derive(Debug, Serialize, JsonSchema)]
 pub(super) struct ChannelBeside {
     /// The signal.
     pub signal: String,
-    /// Its SI unit, in which the figures are.
+    /// SI unit of the figures.
     pub unit: &'static str,
     /// Column of the measurement.
     pub column: String,
-    /// What was found.
+    /// Figures of the whole measurement.
     #[serde(flatten)]
     pub beside: MeasuredBeside,
     /// The hammer whose phases are told: the signal's own, or the first that strikes its casting; null: none does.
     pub phases_of: Option<String>,
-    /// What was found in each phase.
+    /// Figures of each phase.
     #[serde(flatten)]
     pub phases: Phases,
 }
@@ -175,7 +175,7 @@ fn signal<'a>(channel: &Channel, signals: &'a [Signal]) -> Result<&'a Signal, Fa
     Ok(found)
 }
 
-/// Channels beside their signals as text.
+/// Comparison of channels and signals as text.
 pub(super) fn channels_text(channels: &[ChannelBeside]) -> String {
     let mut text = String::new();
     for ChannelBeside { signal, unit, column, beside, phases_of, phases } in channels {

@@ -1,4 +1,4 @@
-//! `decore structure --measured`: measured frequency responses beside the machine's.
+//! `decore structure --measured`: compares measured frequency responses with the machine's.
 
 use std::collections::BTreeMap;
 use std::path::Path;

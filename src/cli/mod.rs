@@ -168,7 +168,10 @@ fn parse() -> Result<Option<Command>, Failure> {
     let matches = program().try_get_matches();
     match matches.and_then(|matches| Arguments::from_arg_matches(&matches)) {
         Ok(arguments) => Ok(Some(arguments.command)),
-        Err(error) if error.use_stderr() => error.exit(),
+        Err(error) if error.use_stderr() => {
+            text::eprint_styled(&error.render().ansi().to_string());
+            std::process::exit(error.exit_code())
+        }
         Err(help) => text::printed(help.print()).map(|()| None),
     }
 }

@@ -21,11 +21,11 @@ pub(super) struct Source<'a> {
     pub folder: &'a Path,
     /// Values set for rows that are run again, over those with which the dataset was made.
     pub overrides: &'a [String],
-    /// What the command writes besides.
+    /// Further outputs of the command.
     pub outputs: &'a [Output<'a>],
 }
 
-/// What narrow enough is, and how far to go.
+/// Wanted width of the intervals, and the largest number of rows.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Goal {
     /// Width that no interval exceeds.

@@ -1,5 +1,5 @@
-//! The study of a command, and its outputs: a command overwrites neither what it reads nor what a dataset consists of, and knows
-//! before it works that it can write.
+//! Reads the study of a command and checks its outputs: no command overwrites its inputs, the files of a dataset or, without `--replace`,
+//! an existing file. A command that cannot write its outputs fails before it starts to work.
 
 use std::fs::{self, File};
 use std::io::{ErrorKind, Read};
@@ -8,34 +8,36 @@ use std::path::{Path, PathBuf};
 use super::exit::{Failure, check_writable};
 use super::inputs::{expect_ending, expect_study, is_dataset};
 use super::text::eprint_line;
-use decore_dataset::{check_free, is_part_of, own_files, place};
+use decore_dataset::{SweepStatus, check_free, is_part_of, own_files, place};
 use decore_study::engine::{Engine, RowRunner, checked};
 use decore_study::{CheckedStudy, FactorInfo, Study};
 
-/// A file or folder that a command was asked to write.
+/// A file or folder for the results of a command.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Output<'a> {
-    /// What names it on the command line.
+    /// Option or argument of the command line.
     pub flag: &'static str,
-    /// Where; `None`: it was not asked for.
+    /// Path; `None` if the option was not given.
     pub path: Option<&'a Path>,
-    /// What is written there.
+    /// Kind of output.
     pub form: Form<'a>,
 }
 
-/// What an output is.
+/// Kind of an output, and which existing files it may replace.
 #[derive(Debug, Clone, Copy)]
 pub(super) enum Form<'a> {
-    /// A file in a folder that is there. Its name ends in one of these; empty: as it likes.
-    File(&'a [&'static str]),
-    /// The same in a folder that may be made while the command works.
-    LateFile(&'a [&'static str]),
-    /// A file of this text under a name that nobody gave: it takes the place only of one that the program wrote.
+    /// A file in an existing folder. Its name ends in one of `endings`, if there are any. It takes the place of an existing file only if
+    /// `replace` is set.
+    File { endings: &'a [&'static str], replace: bool },
+    /// The status of a sweep in a folder that the sweep may create. It takes the place of an earlier status, but of no other file: the
+    /// same command continues a sweep.
+    Status,
+    /// A file with this text under a fixed name. It takes the place only of a file that decore wrote.
     Companion(&'a str),
-    /// A folder, made where it is not there, for files under names that nobody gave: they take the place of none that is there,
-    /// unless they are to. No names: those that the program alone gives to what is in a folder of that name.
+    /// A folder, created if it does not exist, for files with these names. They take the place of existing files only if `replace` is
+    /// set. No names: decore writes its own files into the folder and replaces them.
     Folder { names: &'a [&'a str], replace: bool },
-    /// The folder of a dataset, whose writer has more to say about it.
+    /// The folder of a dataset, which its writer checks.
     Dataset,
 }
 
@@ -47,7 +49,7 @@ pub(super) struct StudyArguments<'a> {
     pub file: &'a Path,
     /// Settings `path=value` over its own.
     pub overrides: &'a [String],
-    /// What the command writes.
+    /// Outputs of the command.
     pub outputs: &'a [Output<'a>],
 }
 
@@ -55,7 +57,7 @@ impl StudyArguments<'_> {
     /// The study ready to run.
     ///
     /// # Errors
-    /// As for [`Self::study`]; what [`Engine::new`] finds wrong.
+    /// As for [`Self::study`]; errors of [`Engine::new`].
     pub fn engine(&self) -> Result<Engine, Failure> {
         ready(self.study()?)
     }
@@ -71,7 +73,7 @@ impl StudyArguments<'_> {
     /// The study held to its machine, which is not reduced: rows to look at, not to run.
     ///
     /// # Errors
-    /// As for [`Self::study`]; what is wrong with the files of its machine.
+    /// As for [`Self::study`]; errors of the files of its machine.
     pub fn checked(&self) -> Result<CheckedStudy, Failure> {
         let checked = checked(self.study()?)?;
         warn(&checked);
@@ -96,7 +98,7 @@ impl StudyArguments<'_> {
     }
 }
 
-/// A study made ready to run, with a word about what was not as expected.
+/// Prepares a study to run, and prints notes and warnings.
 fn ready(study: Study) -> Result<Engine, Failure> {
     let engine = Engine::new(study)?;
     engine.notes().for_each(|note| eprint_line(&format_args!("note: {note}")));
@@ -125,16 +127,28 @@ pub(super) fn check_outputs(inputs: &[PathBuf], outputs: &[Output<'_>]) -> Resul
     let coming: Vec<PathBuf> = coming.collect();
     for (path, Output { flag, form, .. }) in asked() {
         match form {
-            Form::File(endings) | Form::LateFile(endings) if !endings.is_empty() => expect_ending(flag, path, endings)?,
+            Form::File { endings, .. } if !endings.is_empty() => expect_ending(flag, path, endings)?,
+            Form::Status => expect_ending(flag, path, &["json"])?,
             Form::Companion(text) => expect_own(flag, path, text)?,
-            Form::Folder { names, replace: false } => expect_free(flag, path, names)?,
             _ => {}
         }
         check_free(path, &coming).map_err(|error| Failure::Argument(format!("{flag} {error}")))?;
+        match form {
+            Form::File { replace, .. } => expect_free(flag, path, *replace)?,
+            Form::Status if path.symlink_metadata().is_ok() && !is_status(path) => {
+                let shown = path.display();
+                let message = format!("{shown} exists and is not the status of a sweep: choose another name ({flag})");
+                return Err(Failure::Argument(message));
+            }
+            Form::Folder { names, replace } => {
+                names.iter().try_for_each(|name| expect_free(flag, &path.join(name), *replace))?;
+            }
+            _ => {}
+        }
     }
     asked().try_for_each(|(path, output)| match output.form {
-        Form::File(_) | Form::Companion(_) => check_writable(folder_of(path), path),
-        Form::LateFile(_) => check_writable(nearest(folder_of(path)), path),
+        Form::File { .. } | Form::Companion(_) => check_writable(folder_of(path), path),
+        Form::Status => check_writable(nearest(folder_of(path)), path),
         Form::Folder { .. } => check_writable(nearest(path), path),
         Form::Dataset => Ok(()),
     })
@@ -190,18 +204,32 @@ fn refuse_inputs<'a>(
     Ok(())
 }
 
-/// Refuses a folder that holds one of the files that are to be written.
-fn expect_free(flag: &str, folder: &Path, names: &[&str]) -> Result<(), Failure> {
-    let Some(taken) = names.iter().map(|name| folder.join(name)).find(|path| path.symlink_metadata().is_ok()) else {
-        return Ok(());
-    };
-    Err(Failure::Argument(format!(
-        "{flag}: {} is there already: give another folder, or --replace to write over it",
-        taken.display()
-    )))
+/// Refuses an existing file, unless it may be replaced, and a folder under the name of a file.
+fn expect_free(flag: &str, path: &Path, replace: bool) -> Result<(), Failure> {
+    let path_shown = path.display();
+    if path.is_dir() {
+        return Err(Failure::Argument(format!("{flag}: {path_shown} is a folder: give the name of a file")));
+    }
+    match replace || path.symlink_metadata().is_err() {
+        true => Ok(()),
+        false => Err(exists(flag, path)),
+    }
 }
 
-/// Refuses a companion whose place is taken by a file that does not begin as what the program writes there.
+/// Error for an existing file that was not to be replaced.
+pub(super) fn exists(flag: &str, path: &Path) -> Failure {
+    Failure::Argument(format!(
+        "{} exists and was not changed: choose another name ({flag}), or add `--replace` to replace it",
+        path.display()
+    ))
+}
+
+/// Whether a file is the status of a sweep.
+fn is_status(path: &Path) -> bool {
+    fs::read(path).is_ok_and(|bytes| serde_json::from_slice::<SweepStatus>(&bytes).is_ok())
+}
+
+/// Refuses a companion if another file has its name, unless that file begins like the companion.
 fn expect_own(flag: &str, path: &Path, text: &str) -> Result<(), Failure> {
     match fs::metadata(path) {
         Err(error) if error.kind() == ErrorKind::NotFound => return Ok(()),
@@ -231,7 +259,7 @@ fn nearest(folder: &Path) -> &Path {
     found.unwrap_or(Path::new("."))
 }
 
-/// What tells a file from all others, whatever path or link names it; `None`: there is none.
+/// Identity of a file, the same for all its paths and links; `None`: there is no file.
 #[cfg(unix)]
 fn identity(path: &Path) -> Option<Identity> {
     use std::os::unix::fs::MetadataExt;

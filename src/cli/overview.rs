@@ -33,13 +33,13 @@ const EXIT_CODES: [(&str, &str); 9] = [
     ("9", "compare: the datasets differ."),
 ];
 
-/// Examples of commands: what for, and the command line.
+/// Examples of commands: purpose and command line.
 const EXAMPLES: &[(&str, &[(&str, &str)])] = &[
     (
         "init",
         &[
             ("Answer some questions, get a study", "init my_study.toml"),
-            ("Without questions", "init my_study.toml --casting-mass-kg 8 --casting-size-m 0.4,0.3 --hammers 2"),
+            ("Without questions", "init my_study.toml --casting-mass-kg 8 --casting-size-m 0.4x0.3 --hammers 2"),
         ],
     ),
     (
@@ -82,7 +82,7 @@ const EXAMPLES: &[(&str, &[(&str, &str)])] = &[
     ("surrogate", &[("Fit and keep the models", "surrogate out/my_study --output model.parquet")]),
     ("predict", &[("Predict the rows of a file", "predict model.parquet rows.csv --output predicted.parquet")]),
     ("cores", &[("When is each core out?", "cores out/my_study --tests tests.csv")]),
-    ("export", &[("Training and test data", "export out/my_study --features features --splits 0.8,0.2")]),
+    ("export", &[("Training and test data", "export out/my_study --features features --splits \"0.8,0.2\"")]),
     ("verify", &[("After a copy or a crash", "verify out/my_study")]),
     (
         "structure",
@@ -171,7 +171,8 @@ mod tests {
         for (name, examples) in EXAMPLES {
             for (_, line) in *examples {
                 assert_eq!(line.split(' ').next(), Some(*name));
-                let words = std::iter::once("decore").chain(line.split(' '));
+                let words = line.split(' ').map(|word| word.trim_matches('"'));
+                let words = std::iter::once("decore").chain(words);
                 let read = program().try_get_matches_from(words);
                 assert!(read.is_ok(), "{line}: {}", read.unwrap_err());
             }

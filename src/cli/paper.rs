@@ -1,4 +1,4 @@
-//! `decore paper`: the publication that the model follows, beside what decore gives.
+//! `decore paper`: compares decore with the publication that the model follows.
 
 use std::fmt::Write as _;
 use std::path::PathBuf;
@@ -15,7 +15,7 @@ use crate::paper::{
 
 /// Columns of a text that no terminal reads.
 const PLAIN_COLUMNS: usize = 80;
-/// Width of what a line is about, and of a value of a table of evidence.
+/// Width of the name of a line, and of a value in a table of evidence.
 const NAME: usize = 30;
 const VALUE: usize = 16;
 
@@ -29,10 +29,17 @@ pub(super) struct PaperArguments {
     /// The page also shows the mobilities of the paper's Figure 14.
     #[arg(long, value_name = "FILE")]
     html: Option<PathBuf>,
+    /// Replace an existing page
+    #[arg(long, requires = "html")]
+    replace: bool,
 }
 
 pub(super) fn paper(arguments: &PaperArguments) -> Result<Exit, Failure> {
-    let page = Output { flag: "--html", path: arguments.html.as_deref(), form: Form::File(&["html"]) };
+    let page = Output {
+        flag: "--html",
+        path: arguments.html.as_deref(),
+        form: Form::File { endings: &["html"], replace: arguments.replace },
+    };
     check_outputs(&[], &[page])?;
     let comparison = compare()?;
     if let Some(path) = &arguments.html {
@@ -55,9 +62,9 @@ pub(super) fn paper(arguments: &PaperArguments) -> Result<Exit, Failure> {
 fn readable(comparison: &PaperComparison) -> String {
     let counted = |Agreement { agree, of }: Agreement| format!("{agree} of {of}");
     let mut text = format!(
-        "{}\n\nIts rig: a hammer at the middle of the rail (R5) of the built-in station, 5 bar,\n85 mm above the casting, 1.5 s. By the \
-         tolerances below ours agrees with\n  {} figures that the paper calculated\n  {} that it measured\n  {} differences of both that \
-         it quotes\n* marks those that do not.\n",
+        "{}\n\nThe rig: a hammer at the middle of the rail (R5) of the built-in station, 5 bar,\n85 mm above the casting, 1.5 s. Within the \
+         tolerances below, decore agrees with\n  {} figures that the paper calculated\n  {} figures that it measured\n  {} differences of \
+         calculation and measurement that it quotes\n* marks the other figures.\n",
         comparison.citation,
         counted(comparison.calculations),
         counted(comparison.measurements),
@@ -84,7 +91,7 @@ fn section(text: &mut String, group: &FigureGroup) {
     }
 }
 
-/// The tolerance, and what the columns of figures are.
+/// The tolerance and the headings of the columns.
 fn heading(text: &mut String, tolerance: Tolerance) {
     let [one, two, three, four, five] = tolerance.columns();
     let line = format!("{:<NAME$} {one:>10} {two:>9} {three:>9} {four:>9} {five:>8}", "");

@@ -106,7 +106,7 @@ impl Progress {
         self.show(Occasion::Tick);
     }
 
-    /// Writes a line at once, beside the bar where there is one.
+    /// Writes a line at once, above the bar if there is one.
     pub fn show_now(&self) {
         self.show(Occasion::Request);
     }

@@ -236,7 +236,7 @@ fn check_budget(most_rows: u64, rows: u64, file: &Path) -> Result<(), Failure> {
     )))
 }
 
-/// How it ended, with words for people or as JSON.
+/// Prints the result as text or as JSON.
 fn ended(progress: &Progress, arguments: &RefineArguments) -> Result<(), Failure> {
     let most = arguments.most_rows;
     print_result(arguments.json, progress, || match progress.reached {

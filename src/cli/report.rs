@@ -1,4 +1,4 @@
-//! `decore report`: what a dataset holds, as text for a terminal.
+//! `decore report`: summary of a dataset as text or as a page.
 
 use std::path::{Path, PathBuf};
 
@@ -35,6 +35,9 @@ pub(super) struct ReportArguments {
     /// The page shows the whole dataset in a browser and needs no network.
     #[arg(long, value_name = "FILE")]
     html: Option<PathBuf>,
+    /// With --html: replace an existing page
+    #[arg(long, requires = "html")]
+    replace: bool,
     /// With --html: folder that contains the files the study names (default: .)
     ///
     /// The page needs them to answer the study's goal.
@@ -58,7 +61,11 @@ fn best(text: &str) -> Result<usize, String> {
 
 pub(super) fn report(arguments: &ReportArguments) -> Result<Exit, Failure> {
     expect_dataset(&arguments.dataset)?;
-    let page = Output { flag: "--html", path: arguments.html.as_deref(), form: Form::File(&["html"]) };
+    let page = Output {
+        flag: "--html",
+        path: arguments.html.as_deref(),
+        form: Form::File { endings: &["html"], replace: arguments.replace },
+    };
     check_outputs(std::slice::from_ref(&arguments.dataset), &[page])?;
     let settings = ReportSettings {
         rank_by: arguments.rank_by.clone(),
@@ -109,7 +116,7 @@ fn study_of(arguments: &ReportArguments) -> Result<CheckedStudy, String> {
     checked(study).map_err(|error| words(&error))
 }
 
-/// Whether the locale says that characters are UTF-8.
+/// Whether the locale uses UTF-8.
 fn shows_blocks() -> bool {
     let set = ["LC_ALL", "LC_CTYPE", "LANG"].iter().filter_map(|name| std::env::var(name).ok());
     let locale = set.into_iter().find(|value| !value.is_empty()).unwrap_or_default().to_lowercase();

@@ -17,11 +17,11 @@ use super::rows::RowList;
 use super::shard::Shard;
 use super::signals::{keep_nohup, progress_wanted};
 use super::summary::summary;
-use super::text::{self, eprint_line, plural, print_line};
+use super::text::{self, eprint_line, plural};
 use decore_dataset::{
     Columns, DatasetError, DatasetInfo, DatasetReader, Existing, RerunSelection, SweepState, SweepStatus, TableName,
 };
-use decore_lab::best;
+use decore_lab::best::{self, Verdict};
 use decore_lab::report::{ReportSettings, summarise};
 use decore_model::run::DEFAULT_RETRIES;
 use decore_study::CheckedStudy;
@@ -58,7 +58,7 @@ pub(super) struct RunArguments {
     /// solver.max_steps=...`, `--set solver.max_wall_time_s=...` or `--retries`. Rows that are done keep their results.
     #[arg(long, conflicts_with_all = ["replace", "rows"])]
     only_failed: bool,
-    /// Run only these rows again, for example `3,17-20`
+    /// Run only these rows again, for example "3,17-20"
     ///
     /// A failed re-run does not replace a finished row.
     #[arg(long, value_name = "ROWS", conflicts_with = "replace")]
@@ -105,7 +105,7 @@ pub(super) fn run(arguments: &RunArguments) -> Result<Exit, Failure> {
         arguments.shard.map_or(whole.clone(), |shard| shard.folder(&whole))
     });
     let outputs = [
-        Output { flag: "--summary", path: arguments.summary.as_deref(), form: Form::LateFile(&["json"]) },
+        Output { flag: "--summary", path: arguments.summary.as_deref(), form: Form::Status },
         Output { flag: "--output", path: Some(&folder), form: Form::Dataset },
     ];
     let study = StudyArguments { file: &arguments.study, overrides: &arguments.overrides, outputs: &outputs };
@@ -138,13 +138,14 @@ pub(super) fn run(arguments: &RunArguments) -> Result<Exit, Failure> {
     }
     let reader = DatasetReader::open(&folder)?;
     let found = summarise(&reader, &report)?;
-    print_result(arguments.json, &found, || summary(&found, text::terminal_columns()))?;
-    Caller::wrote(&folder);
     // The rows of a shard are a share of the study's: the answer comes from the merged dataset.
     let is_whole = arguments.shard.is_none() && status.state == SweepState::Complete;
-    if arguments.stub_row_ms.is_none() && !arguments.json && is_whole {
-        say_answer(rows.checked(), &reader, &arguments.study)?;
-    }
+    let answer = match arguments.stub_row_ms.is_none() && !arguments.json && is_whole {
+        true => answer(rows.checked(), &reader, &arguments.study),
+        false => String::new(),
+    };
+    print_result(arguments.json, &found, || summary(&found, &answer, text::terminal_columns()))?;
+    Caller::wrote(&folder);
     Ok(match status.state {
         SweepState::TooManyFailed => Exit::TooManyFailed,
         SweepState::Interrupted => Exit::Interrupted,
@@ -153,21 +154,25 @@ pub(super) fn run(arguments: &RunArguments) -> Result<Exit, Failure> {
     })
 }
 
-/// Prints the answer to the study's goal as a model of the rows expects it; nothing for a study without a goal, or with so many rows
-/// that the model takes long.
-fn say_answer(study: &CheckedStudy, reader: &DatasetReader, file: &Path) -> Result<(), Failure> {
+/// The answer to the study's goal as a model of the rows expects it, and the next step; empty for a study without a goal, or with so many
+/// rows that the model takes long.
+fn answer(study: &CheckedStudy, reader: &DatasetReader, file: &Path) -> String {
     if study.study().goal().is_none() || study.row_count() > MOST_MODELLED {
-        return Ok(());
+        return String::new();
     }
     match best::expected(study, reader) {
         Ok(answer) => {
-            let words = format!("\n{}\n`decore best {}` confirms it by runs.", answer.sentence, text::shell_word(file));
-            let fitted = text::terminal_columns().map_or_else(|| words.clone(), |columns| text::fit(&words, columns));
-            print_line(&fitted.trim_end())
+            let command = format!("`decore best {}`", text::shell_word(file));
+            let next = match answer.verdict {
+                Verdict::Infeasible => "Relax a limit or widen a range, then run the study again.".to_owned(),
+                Verdict::Unsure => format!("{command} runs them."),
+                _ => format!("{command} confirms it by runs."),
+            };
+            format!("{}\n{next}", answer.sentence)
         }
         Err(error) => {
             eprint_line(&format_args!("note: the goal of the study has no answer yet: {error}"));
-            Ok(())
+            String::new()
         }
     }
 }

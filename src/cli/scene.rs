@@ -52,6 +52,9 @@ pub(super) struct SceneArguments {
     /// The page needs no network.
     #[arg(long, value_name = "FILE")]
     html: Option<PathBuf>,
+    /// Replace existing files of --signals, --plot and --html
+    #[arg(long)]
+    replace: bool,
     /// With a dataset: folder that contains the files its study names
     #[arg(long, default_value = ".", value_name = "FOLDER")]
     files_in: PathBuf,
@@ -77,9 +80,21 @@ pub(super) fn scene(arguments: &SceneArguments) -> Result<Exit, Failure> {
         return Err(Failure::Argument(format!("--signal-interval-s is {interval}, expected a positive number")));
     }
     let outputs = [
-        Output { flag: "--signals", path: arguments.signals.as_deref(), form: Form::File(&["parquet"]) },
-        Output { flag: "--plot", path: arguments.plot.as_deref(), form: Form::File(&["svg"]) },
-        Output { flag: "--html", path: arguments.html.as_deref(), form: Form::File(&["html"]) },
+        Output {
+            flag: "--signals",
+            path: arguments.signals.as_deref(),
+            form: Form::File { endings: &["parquet"], replace: arguments.replace },
+        },
+        Output {
+            flag: "--plot",
+            path: arguments.plot.as_deref(),
+            form: Form::File { endings: &["svg"], replace: arguments.replace },
+        },
+        Output {
+            flag: "--html",
+            path: arguments.html.as_deref(),
+            form: Form::File { endings: &["html"], replace: arguments.replace },
+        },
     ];
     if let Some(measured) = arguments.measured.file() {
         check_outputs(std::slice::from_ref(measured), &outputs)?;
@@ -153,7 +168,7 @@ fn recorded(engine: &Engine, row: usize, interval_s: f64) -> Result<(RowOutcome,
     })
 }
 
-/// What is drawn of a row, or compared with a measurement.
+/// Signals of a row that are drawn or compared with a measurement.
 struct DrawnRow<'a> {
     outcome: &'a RowOutcome,
     scene: &'a Scene,

@@ -26,7 +26,7 @@ struct Panel {
     curves: &'static [(&'static str, &'static str)],
 }
 
-/// What a row's picture is drawn from.
+/// Data of a row's picture.
 pub(super) struct Picture<'a> {
     pub title: String,
     pub hammers: Vec<&'a str>,

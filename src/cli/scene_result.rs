@@ -30,12 +30,12 @@ pub(super) struct SceneResult {
     hammers: Vec<String>,
     /// Names of the castings.
     castings: Vec<String>,
-    /// How the row ended, and its outputs.
+    /// Status and outputs of the row.
     #[schemars(with = "RowOutcome")]
     outcome: Json,
-    /// The row beside the stored one; null unless a dataset's row was run again.
+    /// Comparison with the stored row; null unless a dataset's row was run again.
     stored_row: Option<Comparison>,
-    /// Measured channels beside the row's signals.
+    /// Measured channels compared with the row's signals.
     measured: Vec<ChannelBeside>,
 }
 

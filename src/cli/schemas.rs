@@ -1,4 +1,4 @@
-//! The schemas of what commands print as JSON.
+//! Schemas of the JSON output of commands.
 
 use serde_json::Value;
 

@@ -33,7 +33,7 @@ impl Shard {
         RowSpan { first: end(self.index - 1), end: end(self.index) }
     }
 
-    /// The shard's folder beside that of the whole dataset.
+    /// The shard's folder, next to the folder of the whole dataset.
     pub fn folder(self, whole: &Path) -> PathBuf {
         let mut name = whole.as_os_str().to_owned();
         name.push(".shards");

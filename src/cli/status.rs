@@ -23,14 +23,14 @@ pub(super) struct StatusArguments {
     json: bool,
 }
 
-/// How far a sweep is.
+/// Progress of a sweep.
 #[derive(Debug, Serialize, JsonSchema)]
 pub(super) struct DatasetStatus {
     /// Folder of the dataset.
     dataset: PathBuf,
-    /// As its `status.json` has it.
+    /// Contents of its `status.json`.
     status: SweepStatus,
-    /// What is damaged by a look at names and lengths, a sentence each; nothing is looked at while the sweep runs.
+    /// Damage found by names and lengths, a sentence each; not checked while the sweep runs.
     damage: Vec<String>,
 }
 

@@ -21,7 +21,7 @@ pub(super) struct Stored {
     reader: DatasetReader,
 }
 
-/// What a row that was run again has beside the stored one.
+/// Comparison of a row that was run again with the stored row.
 #[derive(Debug, Default, PartialEq, Serialize, JsonSchema)]
 #[schemars(rename = "StoredRow")]
 pub(super) struct Comparison {
@@ -31,7 +31,7 @@ pub(super) struct Comparison {
     pub values: usize,
     /// Blows of the stored row.
     pub blows: usize,
-    /// What differs: column, the stored value, the one just computed.
+    /// Differences: column, stored value, new value.
     pub differences: Vec<[String; 3]>,
 }
 
@@ -79,7 +79,7 @@ impl Stored {
         engine
     }
 
-    /// The stored row beside `outcome`.
+    /// Compares `outcome` with the stored row.
     ///
     /// # Errors
     /// The reader's.
@@ -142,7 +142,7 @@ impl Comparison {
         }
     }
 
-    /// In words, a line or more.
+    /// The comparison as text.
     pub fn text(&self) -> String {
         if !self.is_there {
             return "the dataset does not have this row yet: nothing to compare with".to_owned();

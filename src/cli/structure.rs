@@ -65,10 +65,10 @@ pub(super) struct StructureArguments {
     /// With --export: folder for the matrices
     #[arg(long, value_name = "FOLDER", requires = "export")]
     to: Option<PathBuf>,
-    /// With --export: replace existing files
+    /// Replace existing files of --html, --damping-to and --to
     ///
     /// Files that the study reads are never replaced.
-    #[arg(long, requires = "export")]
+    #[arg(long)]
     replace: bool,
 }
 
@@ -147,16 +147,16 @@ pub(super) fn structure(arguments: &StructureArguments) -> Result<Exit, Failure>
     Ok(Exit::Done)
 }
 
-/// How good a reduction is.
+/// Quality of a reduction.
 #[derive(Debug, Serialize, JsonSchema)]
 pub(super) struct StructureResult {
     #[serde(flatten)]
     report: QualityReport,
-    /// How many modes the scene of the study's first row needs; null for a structure alone.
+    /// Number of modes that the scene of the study's first row needs; null for a structure alone.
     selections: Option<Selections>,
 }
 
-/// How many modes a scene needs, out of all of the basis, housings added.
+/// Number of modes that a scene needs, out of the basis with housings.
 #[derive(Debug, Serialize, JsonSchema)]
 struct Selections {
     /// Receptances are compared up to this frequency in Hz.
@@ -232,13 +232,21 @@ fn selections_text(selections: &Selections) -> String {
     text
 }
 
-/// Settings of the structure, and what a study needs of it.
+/// Settings of the structure, and the study's demand on it.
 fn settings(arguments: &StructureArguments) -> Result<(StructureSettings, Option<ReductionSettings>), Failure> {
     let names = arguments.export.map_or(Vec::new(), |format| format.files().to_vec());
     let to = Form::Folder { names: &names, replace: arguments.replace };
     let outputs = [
-        Output { flag: "--html", path: arguments.html.as_deref(), form: Form::File(&["html"]) },
-        Output { flag: "--damping-to", path: arguments.damping_to.as_deref(), form: Form::File(&["csv"]) },
+        Output {
+            flag: "--html",
+            path: arguments.html.as_deref(),
+            form: Form::File { endings: &["html"], replace: arguments.replace },
+        },
+        Output {
+            flag: "--damping-to",
+            path: arguments.damping_to.as_deref(),
+            form: Form::File { endings: &["csv"], replace: arguments.replace },
+        },
         Output { flag: "--to", path: arguments.to.as_deref(), form: to },
     ];
     if let Some(settings) = load_structure(&arguments.file)? {
@@ -320,7 +328,7 @@ fn readable(report: &QualityReport) -> String {
     lines.join("\n")
 }
 
-/// What tells at a glance whether the matrices are those that were meant.
+/// Figures that show at a glance whether the matrices are right.
 fn sense_lines(report: &QualityReport) -> Vec<String> {
     let kg = |mass: f64| {
         if mass == 0.0 || (1e-3..1e9).contains(&mass) { format!("{mass:.6}") } else { format!("{mass:.6e}") }

@@ -79,7 +79,7 @@ impl<'a> Sections<'a> {
         })
     }
 
-    /// Writes a key: unit, default, and what it is.
+    /// Writes a key: unit, default, description.
     fn key(&mut self, key: &str, entry: &Value, required: bool) {
         let description =
             entry["description"].as_str().unwrap_or_default().split_whitespace().collect::<Vec<_>>().join(" ");
@@ -108,7 +108,7 @@ fn split(description: &str) -> (String, Option<String>) {
     if let Some(values) = values {
         let default =
             values.split_once("; default").map(|(_, rest)| rest.trim_start_matches(':').trim().trim_end_matches('.'));
-        return (about.to_owned(), default.map(tidy));
+        return (about.to_owned(), default.map(str::to_owned));
     }
     match about.split_once(" Default") {
         Some((before, rest)) => {
@@ -117,27 +117,11 @@ fn split(description: &str) -> (String, Option<String>) {
             let (default, after) = rest.split_at(end);
             (
                 format!("{before}{}{}", if after.is_empty() { "" } else { " " }, after.trim()),
-                Some(tidy(default.trim_end_matches('.'))),
+                Some(default.trim_end_matches('.').to_owned()),
             )
         }
         None => (about.to_owned(), None),
     }
-}
-
-/// A default as people write it: schemas repeat the Rust literal.
-fn tidy(default: &str) -> String {
-    let (value, source) = match default.split_once(" (") {
-        Some((value, source)) => (value, format!(" ({source}")),
-        None => (default, String::new()),
-    };
-    let value = match value.strip_prefix("Ratio(").and_then(|inner| inner.strip_suffix(')')) {
-        Some(inner) => inner,
-        None if value == "Vec::new()" => "[]",
-        None => value,
-    };
-    let is_number = value.chars().all(|c| c.is_ascii_digit() || "._-e".contains(c));
-    let value = if is_number { value.replace('_', "") } else { value.to_owned() };
-    format!("{value}{source}")
 }
 
 /// Whether an entry holds numbers.
@@ -199,9 +183,17 @@ mod tests {
             "- `supply_bar` (bar, default 5.0 (the paper's rig)): Supply pressure above ambient (gauge).",
             "- `seed` (default 0): Seed of the design's random numbers.",
             "- `max_steps` (default 20000000 (far beyond a sound row)): ",
+            "- `supply_switch_times_s` (s, default [] (on for good)): ",
+            "- `damping_ratio` (default 0.02 (assumed)): ",
         ] {
             assert!(text.contains(line), "{line} in\n{text}");
         }
+        // No Rust expression, in the keys of studies or of hammers.
+        let schemas = [text.clone(), study_schema().to_string()];
+        for rust in ["Ratio(", "Vec::", "kelvin_voigt(", "::new", "0_000"] {
+            assert!(schemas.iter().all(|schema| !schema.contains(rust)), "{rust}");
+        }
+        assert!(schemas[1].contains("Default `{ stiffness_n_per_m = 2.95e8, damping_n_s_per_m = 500.0 }` (Table 2)."));
         assert!(text.contains("- `mass_kg` (kg, required): "), "{text}");
         assert!(text.contains("\n## `[design.factor.NAME]`\n"), "{text}");
     }

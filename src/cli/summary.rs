@@ -11,11 +11,12 @@ use decore_quantity::Value;
 use super::check_invalid::{split_reason, without_numbers};
 use super::text::{fit, plural, shell_word, six_digits};
 
-/// Lines of the summary at most, on a terminal that is wide enough for its table.
+/// Lines of the summary at most.
 const MOST_LINES: usize = 12;
-/// Best rows that are shown at most, and at least.
+/// Best rows that are shown at most.
 const MOST_BEST: usize = 5;
-const LEAST_BEST: usize = 2;
+/// Rank of the lines that are left out first.
+const LAST_RANK: usize = 4;
 /// Lines of a heading at most.
 const HEAD_LINES: usize = 3;
 /// Blanks between columns.
@@ -25,42 +26,84 @@ const COLUMNS: usize = 80;
 /// Significant digits in the table.
 const DIGITS: usize = 4;
 
-/// The summary of a sweep for a terminal with so many columns; `None` for a file or a pipe.
-pub(super) fn summary(report: &Report, columns: Option<usize>) -> String {
-    let mut head = head(report);
-    let mut tail = Vec::new();
-    if let Some(twins) = &report.numerical_twins {
-        let worst = twins.outputs.iter().max_by(|a, b| a.worst.total_cmp(&b.worst));
-        tail.extend(worst.map(|worst| {
-            let percent = digits(100.0 * worst.worst);
-            format!("Numerical error: at most {percent} % (`{}`, row {})", worst.worst_column, worst.worst_row)
-        }));
-    }
-    tail.push(format!("All ranges and distributions: decore report {}", shell_word(&report.folder)));
-    if report.best.is_empty() {
-        head.push(format!("No row has a `{}` to rank it by.", report.ranking.name));
-    } else {
-        let end = if report.least_first { ", least first" } else { "" };
-        head.push(format!("Best rows by `{}`{end}:", report.ranking.name));
-    }
-    let width = columns.unwrap_or(COLUMNS);
-    // In a file, each fact about the rows has its line.
-    let above = columns.map_or_else(|| head.join("\n") + "\n", |columns| fit(&head.join("\n"), columns));
-    let below = fit(&tail.join("\n"), width);
-    let left = MOST_LINES.saturating_sub(above.lines().count() + below.lines().count());
-    format!("{above}{}{below}", best(report, width, left))
+/// A line of the summary.
+struct Line {
+    /// Order in which lines are kept where there is not enough room; 0: always.
+    rank: usize,
+    text: String,
 }
 
-/// Study, rows by status, and what speaks against them.
-fn head(report: &Report) -> Vec<String> {
+/// The summary of a sweep for a terminal with so many columns, in at most [`MOST_LINES`] lines; `None`: for a file or a pipe, with a line
+/// for each fact. `answer`: the answer to the study's goal, empty if there is none.
+pub(super) fn summary(report: &Report, answer: &str, columns: Option<usize>) -> String {
+    let head = head(report);
+    let error = report.numerical_twins.as_ref().and_then(|twins| {
+        let worst = twins.outputs.iter().max_by(|a, b| a.worst.total_cmp(&b.worst))?;
+        let percent = digits(100.0 * worst.worst);
+        let text = format!("Numerical error: at most {percent} % (`{}`, row {})", worst.worst_column, worst.worst_row);
+        Some(Line { rank: 3, text })
+    });
+    let all = format!("All ranges and distributions: decore report {}", shell_word(&report.folder));
+    let tail: Vec<Line> = error.into_iter().chain([Line { rank: 0, text: all }]).collect();
+    let heading = match (report.best.is_empty(), report.least_first) {
+        (true, _) => format!("No row has a `{}` to rank it by.", report.ranking.name),
+        (false, true) => format!("Best rows by `{}`, least first:", report.ranking.name),
+        (false, false) => format!("Best rows by `{}`:", report.ranking.name),
+    };
+    match columns {
+        Some(columns) => {
+            fitted([&head, &tail], &answer.replace('\n', " "), (&heading, &tables(report, columns)), columns)
+        }
+        None => {
+            let above: String = head.iter().map(|line| format!("{}\n", line.text)).collect();
+            let below: String = tail.iter().map(|line| fit(&line.text, COLUMNS)).collect();
+            let left = MOST_LINES.saturating_sub(above.lines().count() + 1 + below.lines().count());
+            let tables = tables(report, COLUMNS);
+            let table = tables.iter().rev().find(|table| table.lines().count() <= left);
+            let table = table.or_else(|| tables.get(1)).or(tables.first()).map_or("", String::as_str);
+            let answer = if answer.is_empty() { String::new() } else { format!("\n{answer}\n") };
+            format!("{above}{heading}\n{table}{below}{answer}")
+        }
+    }
+}
+
+/// All lines that are always kept, then as many others and rows of the table as [`MOST_LINES`] leave room for. `tables`: with one row, two
+/// rows and so on.
+fn fitted([head, tail]: [&[Line]; 2], answer: &str, (heading, tables): (&str, &[String]), columns: usize) -> String {
+    let lines = |text: &str| fit(text, columns).lines().count();
+    let all = || head.iter().chain(tail);
+    let always: usize = all().filter(|line| line.rank == 0).map(|line| lines(&line.text)).sum();
+    let mut left = MOST_LINES.saturating_sub(always + lines(answer));
+    let mut keep = |count: usize| {
+        let fits = count <= left;
+        left -= if fits { count } else { 0 };
+        fits
+    };
+    let mut kept = vec![0];
+    let rank = |rank: usize| all().find(|line| line.rank == rank).map(|line| lines(&line.text));
+    kept.extend(rank(1).filter(|count| keep(*count)).map(|_| 1));
+    let height = |table: &String| lines(heading) + table.lines().count();
+    let least = tables.first().map(height).filter(|count| keep(*count));
+    kept.extend((2..=LAST_RANK).filter(|one| rank(*one).is_some_and(&mut keep)));
+    let room = least.map_or(0, |least| least + left);
+    let table = tables.iter().rev().find(|table| height(table) <= room).filter(|_| least.is_some());
+    let table = table.map_or(String::new(), |table| fit(heading, columns) + table);
+    let text = |lines: &[Line]| -> String {
+        lines.iter().filter(|line| kept.contains(&line.rank)).map(|line| fit(&line.text, columns)).collect()
+    };
+    format!("{}{table}{}{}", text(head), text(tail), fit(answer, columns))
+}
+
+/// Study, rows by status, and doubts about them.
+fn head(report: &Report) -> Vec<Line> {
     let hash: String = report.study_hash.chars().take(12).collect();
     let there: u64 = report.statuses.values().sum();
     let statuses: Vec<String> = report.statuses.iter().map(|(status, count)| format!("{count} {status}")).collect();
     let statuses = if statuses.is_empty() { String::new() } else { format!(" ({})", statuses.join(", ")) };
-    let mut lines = vec![
-        format!("Study `{}` (hash {hash}, seed {}, decore {})", report.study_name, report.seed, report.program_version),
-        format!("Rows: {there} of {}{statuses}, {} blows", report.rows, report.blows),
-    ];
+    let study =
+        format!("Study `{}` (hash {hash}, seed {}, decore {})", report.study_name, report.seed, report.program_version);
+    let rows = format!("Rows: {there} of {}{statuses}, {} blows", report.rows, report.blows);
+    let mut lines = vec![Line { rank: 0, text: study }, Line { rank: 0, text: rows }];
     // Reasons that differ in numbers alone are of one kind.
     let mut kinds: BTreeMap<String, (u64, &str)> = BTreeMap::new();
     for (reason, count) in &report.reasons {
@@ -71,26 +114,26 @@ fn head(report: &Report) -> Vec<String> {
             0 => String::new(),
             others => format!("; {}: see column `reason`", plural(others, "other reason")),
         };
-        lines.push(format!("  {count} x {reason}{others}"));
+        lines.push(Line { rank: 1, text: format!("  {count} x {reason}{others}") });
     }
     let unsteady = report.percussions.iter().filter(|(kind, _)| *kind != Percussion::Periodic.name());
     let unsteady: Vec<String> = unsteady.map(|(kind, count)| format!("{count} {kind}")).collect();
     if !unsteady.is_empty() {
-        lines.push(format!("  percussion not periodic: {} (decore help scatter)", unsteady.join(", ")));
+        let text = format!("  percussion not periodic: {} (decore help scatter)", unsteady.join(", "));
+        lines.push(Line { rank: LAST_RANK, text });
     }
     let doubted =
         Warning::ALL.iter().filter_map(|warning| Some((warning.name(), report.warnings.get(warning.name())?)));
     let doubted: Vec<String> =
         doubted.map(|(name, count)| format!("{name} in {}", plural(*count as usize, "row"))).collect();
     if !doubted.is_empty() {
-        lines.push(format!("  warnings: {} (decore help outputs)", doubted.join(", ")));
+        lines.push(Line { rank: 2, text: format!("  warnings: {} (decore help outputs)", doubted.join(", ")) });
     }
     lines
 }
 
-/// The best rows as a table with their factors and as many outputs as there is room for, in at most `most` lines if that leaves one
-/// row.
-fn best(report: &Report, columns: usize, most: usize) -> String {
+/// The best rows as tables with one row, two rows and so on, with their factors and as many outputs as there is room for.
+fn tables(report: &Report, columns: usize) -> Vec<String> {
     // Important columns come first. Columns that do not fit are left out.
     let figures = |best: &BestRow| -> Vec<(String, String, String)> {
         let rank = NamedValue {
@@ -104,7 +147,7 @@ fn best(report: &Report, columns: usize, most: usize) -> String {
         std::iter::once(row).chain(named.map(|one| (words(&one.name, &one.unit), unit(&one.unit), cell(one)))).collect()
     };
     let rows: Vec<Vec<(String, String, String)>> = report.best.iter().take(MOST_BEST).map(figures).collect();
-    let Some(first) = rows.first() else { return String::new() };
+    let Some(first) = rows.first() else { return Vec::new() };
     let head = first.iter().map(|(name, unit, _)| format!("{name} {unit}").trim_end().to_owned());
     let head: Vec<String> = head.collect();
     let width = |column: usize| {
@@ -134,8 +177,7 @@ fn best(report: &Report, columns: usize, most: usize) -> String {
         }
         table.trim_fmt() + "\n"
     };
-    let fitting = (LEAST_BEST..=rows.len()).rev().map(build).find(|text| text.lines().count() <= most);
-    fitting.unwrap_or_else(|| build(LEAST_BEST))
+    (1..=rows.len()).map(build).collect()
 }
 
 /// Least width at which a heading has at most [`HEAD_LINES`] lines.
@@ -154,7 +196,7 @@ fn least_width(heading: &str) -> usize {
     (longest..=heading.chars().count()).find(|width| lines(*width) <= HEAD_LINES).unwrap_or(longest)
 }
 
-/// Outputs of a best row beside its rank: those that limits mostly name come first.
+/// Outputs of a best row besides its rank; typical quantities of limits come first.
 fn main_outputs(best: &BestRow) -> impl Iterator<Item = &NamedValue> {
     let is_limit = |one: &&NamedValue| one.name.contains("velocity");
     let (limits, others): (Vec<&NamedValue>, Vec<&NamedValue>) =
@@ -196,6 +238,30 @@ fn digits(value: f64) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn a_summary_has_at_most_twelve_lines() {
+        let line = |rank: usize, words: usize| Line { rank, text: vec!["sentence"; words].join(" ") };
+        let head = [line(0, 9), line(0, 8), line(1, 12), line(LAST_RANK, 9), line(2, 9)];
+        let tail = [line(3, 8), line(0, 6)];
+        let tables: Vec<String> = (1..=5).map(|rows| "head\n".repeat(3) + &"row\n".repeat(rows)).collect();
+        for answer in [String::new(), ["answer"; 20].join(" ")] {
+            for columns in [40, 60, 80, 120] {
+                let text = fitted([&head, &tail], &answer, ("Best rows:", &tables), columns);
+                let count = text.lines().count();
+                assert!(count <= MOST_LINES, "{count} lines at {columns}:\n{text}");
+                assert!(text.lines().all(|line| line.chars().count() <= columns), "{text}");
+                assert_eq!(text.matches("answer").count(), answer.matches("answer").count(), "{text}");
+                let room = columns >= 80 || (columns == 60 && answer.is_empty());
+                assert_eq!(text.contains("row\n"), room, "{columns}:\n{text}");
+            }
+        }
+        let whole = fitted([&head, &tail], "", ("Best rows:", &tables), 120);
+        assert_eq!((whole.matches("row\n").count(), whole.matches("sentence").count()), (1, 61), "{whole}");
+        // Without notes, five rows.
+        let bare = fitted([&head[..2], &tail[1..]], "", ("Best rows:", &tables), 80);
+        assert_eq!(bare.matches("row\n").count(), 5, "{bare}");
+    }
 
     #[test]
     fn names_become_words_and_numbers_four_digits() {

@@ -1,4 +1,4 @@
-//! `decore surrogate`: models of a dataset's outputs; `decore predict`: what they say of rows that were not run.
+//! `decore surrogate` fits models of a dataset's outputs; `decore predict` predicts rows that were not run.
 
 use std::path::PathBuf;
 
@@ -27,6 +27,9 @@ pub(super) struct SurrogateArguments {
     /// predict.py predicts with NumPy alone.
     #[arg(short, long, value_name = "FILE")]
     output: Option<PathBuf>,
+    /// Replace an existing file of models
+    #[arg(long, requires = "output")]
+    replace: bool,
     /// Warn at each use of a model with a Q2 below this
     #[arg(long, default_value_t = SurrogateSettings::default().least_q2, value_name = "Q2", value_parser = share)]
     least_q2: f64,
@@ -46,6 +49,9 @@ pub(super) struct PredictArguments {
     /// Parquet file for the predictions
     #[arg(short, long, value_name = "FILE")]
     output: PathBuf,
+    /// Replace an existing file
+    #[arg(long)]
+    replace: bool,
     /// Print the list of written files as JSON (schemas/written.schema.json)
     #[arg(long)]
     json: bool,
@@ -61,7 +67,11 @@ pub(super) fn surrogate(arguments: &SurrogateArguments) -> Result<Exit, Failure>
     expect_dataset(&arguments.dataset)?;
     let predictor = arguments.output.as_ref().map(|path| path.with_file_name("predict.py"));
     let outputs = [
-        Output { flag: "--output", path: arguments.output.as_deref(), form: Form::File(&["parquet"]) },
+        Output {
+            flag: "--output",
+            path: arguments.output.as_deref(),
+            form: Form::File { endings: &["parquet"], replace: arguments.replace },
+        },
         Output { flag: "--output", path: predictor.as_deref(), form: Form::Companion(PREDICTOR) },
     ];
     check_outputs(std::slice::from_ref(&arguments.dataset), &outputs)?;
@@ -80,7 +90,11 @@ pub(super) fn surrogate(arguments: &SurrogateArguments) -> Result<Exit, Failure>
 }
 
 pub(super) fn predict(arguments: &PredictArguments) -> Result<Exit, Failure> {
-    let output = Output { flag: "--output", path: Some(&arguments.output), form: Form::File(&["parquet"]) };
+    let output = Output {
+        flag: "--output",
+        path: Some(&arguments.output),
+        form: Form::File { endings: &["parquet"], replace: arguments.replace },
+    };
     check_outputs(&[arguments.model.clone(), arguments.table.clone()], &[output])?;
     let model = decore_lab::surrogate::read(&arguments.model)?;
     let predicted = decore_lab::surrogate::predict(&model, &arguments.table)?;

@@ -13,7 +13,7 @@ use super::exit::Failure;
 use decore_model::run::MOST_THREADS;
 use decore_study::engine::{Engine, RowRunner};
 
-/// Longest line of a message; what quotes a file must not fill a log.
+/// Longest line of a message; a quoted file must not fill a log.
 const LONGEST_LINE: usize = 2000;
 /// Columns of help texts in a file or a pipe.
 const HELP_COLUMNS: usize = 100;
@@ -35,7 +35,7 @@ pub(super) fn print_line(line: &dyn Display) -> Result<(), Failure> {
 /// on without it and ends with its own code.
 ///
 /// # Errors
-/// As [`say`].
+/// As [`print_line`].
 pub(super) fn printed(written: io::Result<()>) -> Result<(), Failure> {
     // Part of a line may still be kept back.
     match written.and_then(|()| io::stdout().flush()) {
@@ -73,6 +73,13 @@ pub(super) fn eprint_line(line: &dyn Display) {
         .collect();
     // anstream takes the colours out where they are not wanted.
     let _ = writeln!(anstream::stderr(), "{}", lines.join("\n"));
+}
+
+/// Writes an error of the parser of the command line, in its colours, to standard error; on a terminal, lines end where it does.
+pub(super) fn eprint_styled(text: &str) {
+    let columns = Term::stderr().size_checked().map(|(_, columns)| usize::from(columns));
+    let fitted = columns.map_or_else(|| text.to_owned(), |columns| fit(text, columns));
+    let _ = write!(anstream::stderr(), "{fitted}");
 }
 
 /// Whether a line quotes a file, or marks the place below: its columns must stay.
@@ -179,7 +186,7 @@ pub(super) fn hang(head: &str, text: &str, columns: usize) -> String {
 /// Adds words and the end of the line. `used` columns of the first line are taken, the others start at `indent`.
 fn wrap<'w>(to: &mut String, words: impl Iterator<Item = &'w str>, ([mut used, indent], columns): ([usize; 2], usize)) {
     for (index, word) in words.enumerate() {
-        let length = word.chars().count();
+        let length = width(word);
         if index > 0 && used + 1 + length > columns {
             to.push('\n');
             to.push_str(&" ".repeat(indent));
@@ -192,6 +199,13 @@ fn wrap<'w>(to: &mut String, words: impl Iterator<Item = &'w str>, ([mut used, i
         used += length;
     }
     to.push('\n');
+}
+
+/// Columns of a word; colours (`ESC [ ... m`) take none.
+fn width(word: &str) -> usize {
+    let mut parts = word.split("\u{1b}[");
+    let first = parts.next().map_or(0, |part| part.chars().count());
+    first + parts.map(|part| part.split_once('m').map_or(part, |(_, rest)| rest).chars().count()).sum::<usize>()
 }
 
 /// A path as one word of a command that people copy to a shell: as it is where no shell reads anything in it, else in quotes. Those
@@ -250,6 +264,8 @@ mod tests {
     fn lines_end_where_the_terminal_does() {
         assert_eq!(fit("  a bb ccc dddd\nshort", 8), "  a bb\n    ccc\n    dddd\nshort\n");
         assert_eq!(fit("a   b", 80), "a   b\n");
+        // Colours take no columns.
+        assert_eq!(fit("\u{1b}[1m\u{1b}[31merror:\u{1b}[0m a b", 8), "\u{1b}[1m\u{1b}[31merror:\u{1b}[0m a\n  b\n");
     }
 
     #[test]

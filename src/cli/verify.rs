@@ -1,4 +1,4 @@
-//! `decore verify`: reads all files of datasets and says whether they are whole.
+//! `decore verify`: reads all files of datasets and checks that they are intact.
 
 use std::path::{Path, PathBuf};
 
@@ -22,10 +22,10 @@ pub(super) struct VerifyArguments {
     json: bool,
 }
 
-/// What was found of a dataset.
+/// Result for a dataset.
 #[derive(Debug, Serialize, JsonSchema)]
 pub(super) struct Verified {
-    /// Its folder.
+    /// Folder of the dataset.
     dataset: PathBuf,
     /// Whether no fault was found.
     whole: bool,
@@ -47,7 +47,7 @@ pub(super) struct Verified {
     parts: u64,
     /// Their bytes.
     bytes: u64,
-    /// What is damaged, missing or foreign, a sentence each.
+    /// Damaged, missing or foreign files, a sentence each.
     faults: Vec<String>,
 }
 

@@ -1,4 +1,4 @@
-//! What commands that write files say of them: one shape for all.
+//! Output of commands that write files, in one form.
 
 use std::fmt::Display;
 use std::path::Path;
@@ -10,16 +10,16 @@ use super::exit::Failure;
 use super::json::print_result;
 use super::text::eprint_line;
 
-/// What a command wrote, and what it says besides.
+/// Files that a command wrote, with notes, warnings and next steps.
 #[derive(Debug, Default, Serialize, JsonSchema)]
 pub(super) struct Written {
     /// Files written, the main one first.
     files: Vec<WrittenFile>,
     /// Jobs that were given to a scheduler, by its numbers, in the order in which they run.
     jobs: Vec<String>,
-    /// What is good to know.
+    /// Notes.
     notes: Vec<String>,
-    /// What looks wrong; also on standard error.
+    /// Warnings; also on standard error.
     warnings: Vec<String>,
     /// Commands that go on from here, in their order.
     next: Vec<String>,
@@ -28,9 +28,9 @@ pub(super) struct Written {
 /// One file.
 #[derive(Debug, Serialize, JsonSchema)]
 struct WrittenFile {
-    /// Where it is, as the command line names it.
+    /// Path, as on the command line.
     path: String,
-    /// What it holds, e.g. `design`, `predictions`, `page`.
+    /// Content, e.g. `design`, `predictions`, `page`.
     kind: &'static str,
     /// Ending of its name, e.g. `parquet`, `csv`, `html`; null without one.
     format: Option<String>,
@@ -68,12 +68,12 @@ impl Written {
         Ok(())
     }
 
-    /// Adds what is good to know.
+    /// Adds a note.
     pub fn note(&mut self, note: impl Into<String>) {
         self.notes.push(note.into());
     }
 
-    /// Adds what looks wrong; it is told when all is printed.
+    /// Adds a warning, which is printed at the end.
     pub fn warn(&mut self, warning: impl Into<String>) {
         self.warnings.push(warning.into());
     }
@@ -88,10 +88,10 @@ impl Written {
         self.next.push(command.into());
     }
 
-    /// Prints all of it as JSON, or the words for people; tells the warnings.
+    /// Prints all of it as JSON, or `words` for people, then the warnings.
     ///
     /// # Errors
-    /// As [`say`].
+    /// As [`print_result`].
     pub fn print(&self, json: bool, words: &dyn Display) -> Result<(), Failure> {
         print_result(json, self, || words.to_string())?;
         self.warnings.iter().for_each(|warning| eprint_line(&format_args!("warning: {warning}")));

@@ -55,10 +55,10 @@ fn blows(ours: &Ours) -> Result<FigureGroup, PaperError> {
     let [_, measured_hz] = IMPACT_FREQUENCY_HZ;
     let supply = match supply_bar(&ours.supplies, measured_hz)? {
         Some(bar) => format!(
-            "Ours strikes at the measured {measured_hz} Hz where the hammer gets {bar:.2} bar: a loss before the hammer would do, which \
-             the paper leaves out (it assumes 5 bar without fluctuations, and prints no pressure at the hammer)."
+            "decore strikes at the measured {measured_hz} Hz if the hammer gets {bar:.2} bar. A pressure loss before the hammer would \
+             explain this. The paper assumes 5 bar without fluctuations, and prints no pressure at the hammer."
         ),
-        None => format!("None of the supplies below brings ours to the measured {measured_hz} Hz."),
+        None => format!("At none of these supply pressures does decore reach the measured {measured_hz} Hz."),
     };
     Ok(FigureGroup {
         name: "Blows",
@@ -110,9 +110,9 @@ fn resonance_remark(ours: &Ours) -> String {
     let nearest = NATURAL_FREQUENCIES.iter().min_by(|a, b| distance(a).total_cmp(&distance(b)));
     let [calculated_hz, measured_hz] = nearest.map_or([f64::NAN; 2], |mode| [mode.calculated_hz, mode.measured_hz]);
     format!(
-        "Contradiction: there the blows come near the machine's mode at {calculated_hz} Hz (measured {measured_hz} Hz), and the arm's RMS \
-         from {DECAYED_S} s on is {least:.1} to {largest:.1} times that at {} bar. The paper measured less vibration than it calculated. A \
-         lower pressure explains its frequency and not its arm.",
+        "Contradiction: at these pressures the blows come near the machine's mode at {calculated_hz} Hz (measured {measured_hz} Hz). From \
+         {DECAYED_S} s on, the arm's RMS is {least:.1} to {largest:.1} times the RMS at {} bar. The paper measured less vibration than it \
+         calculated. So a lower pressure explains its frequency, but not its arm.",
         full.supply_bar
     )
 }
@@ -121,9 +121,9 @@ fn resonance_remark(ours: &Ours) -> String {
 fn constancy_remark(ours: &Ours) -> String {
     let largest = ours.supplies.iter().map(|one| one.interval_spread).fold(0.0, f64::max);
     format!(
-        "Contradiction: the paper finds the frequency not constant, in its calculation as in its measurement. In ours the intervals of \
-         blows differ by {:.2} % at most (standard deviation over mean). Supply and contacts of ours are the same at every blow; the \
-         paper prints no figure that would show what varies in its calculation.",
+        "Contradiction: the paper finds that the frequency is not constant, neither calculated nor measured. In decore the intervals of \
+         blows differ by {:.2} % at most (standard deviation over mean), because supply and contacts are the same at every blow. The paper \
+         prints no figure that shows the variation in its calculation.",
         100.0 * largest
     )
 }
@@ -173,10 +173,10 @@ fn averaging_remark(ours: &Ours) -> String {
     });
     let steady_m_s = ours.supplies.last().map_or(f64::NAN, Supplied::steady_m_s);
     format!(
-        "Unexplained: the paper treats both signals alike, so over one time, and its calculation is {:.2} times its measurement. Ours falls \
-         with the time, because the first impact's transient decays: it has {calculated}, as the paper calculates, and {measured}, as it \
-         measures, two times of which at most one is the paper's, which it does not print. Over the whole run, and in steady hammering \
-         ({steady_m_s:.4} m/s from {DECAYED_S} s on), ours lies below both.",
+        "Unexplained: the paper treats both signals alike, so it averages over the same time. Its calculation is {:.2} times its \
+         measurement. The RMS of decore falls with the time, because the first impact's transient decays. It is {calculated}, as the paper \
+         calculates, and {measured}, as it measures. At most one of these times can be the paper's, which it does not print. Over the \
+         whole run, and in steady hammering ({steady_m_s:.4} m/s from {DECAYED_S} s on), decore is below both.",
         ARM_HAMMERING_M_S[0] / ARM_HAMMERING_M_S[1]
     )
 }
@@ -189,11 +189,12 @@ fn lines_remark(ours: &Ours) -> String {
     let [from_s, to_s] = rectangular.span_s;
     let [dominant_hz, measured_hz] = ARM_DOMINANT_HZ;
     format!(
-        "Contradiction: the paper finds the line of the blows underrepresented and {dominant_hz} Hz dominant in its calculation. In ours \
-         {dominant_hz} Hz is the strongest line above {SHIFTED_BELOW_HZ} Hz only by a rectangular window over {:.2} s from the first contact, \
-         where the first impact rings ({:.2} times the line of the blows). By a Hann window over the same time, and by either from \
-         {DECAYED_S} s on, the line of the blows is {least:.1} to {largest:.1} times as high. The paper states neither window nor span. The \
-         measured {measured_hz} Hz is the paper's own difference, which it puts down to one damping ratio for all modes.",
+        "Contradiction: in the paper's calculation, {dominant_hz} Hz is dominant and the line of the blows is underrepresented. In decore \
+         {dominant_hz} Hz is the strongest line above {SHIFTED_BELOW_HZ} Hz only with a rectangular window over {:.2} s from the first \
+         contact, where the first impact rings ({:.2} times the line of the blows). With a Hann window over the same time, and with either \
+         window from {DECAYED_S} s on, the line of the blows is {least:.1} to {largest:.1} times as high. The paper states neither window \
+         nor span. The measured {measured_hz} Hz differs in the paper too. The paper attributes this to its one damping ratio for all \
+         modes.",
         to_s - from_s,
         1.0 / rectangular.ratio()
     )
@@ -209,8 +210,8 @@ fn places_remark(ours: &Ours, mount_m_s: f64) -> String {
     let nearest = nearest
         .map_or(String::new(), |place| format!(", {:.4} at {}, the nearest to it", place.extension_m_s, place.point));
     format!(
-        "Extension: the figure depends on the place on the arm, which the paper shows in a picture only. Ours is {mount_m_s:.4} m/s at \
-         the mount, from {least:.4} to {largest:.4} at the points below{nearest}."
+        "Extension: the figure depends on the place on the arm, which the paper shows in a picture only. decore has {mount_m_s:.4} m/s at \
+         the mount, and {least:.4} to {largest:.4} m/s at the points below{nearest}."
     )
 }
 
@@ -220,8 +221,8 @@ fn damping_remark(ours: &Ours) -> String {
         Some(format!("{:.4} m/s at a ratio of {}", varied.hammer.arm_rms_hammering_m_s?, varied.value))
     });
     format!(
-        "Damping: over the whole run hammering has {}; the paper's ratio is 0.02. None reaches its calculation. The station has the \
-         machine's frequencies, not its geometry.",
+        "Damping: over the whole run, the RMS during hammering is {}. The paper's ratio is 0.02. No ratio reaches the paper's calculation. \
+         The station has the machine's frequencies, not its geometry.",
         tried.collect::<Vec<_>>().join(", ")
     )
 }
@@ -284,12 +285,13 @@ fn velocities(ours: &Ours) -> Result<FigureGroup, PaperError> {
         tolerance: ENERGY_TOLERANCE,
         figures: Vec::new(),
         remarks: vec![
-            "The paper prints curves without figures, so that only its quoted differences (below) can be compared. Its measurements \
-             passed a low-pass of 4 kHz; here its effect on ours (order 4, forwards and backwards; the paper names no order)."
+            "The paper prints curves without figures, so only its quoted differences (below) can be compared. It measured through a \
+             low-pass of 4 kHz. These peaks of decore show the effect of such a filter (order 4, forwards and backwards; the paper names \
+             no order)."
                 .to_owned(),
             format!(
-                "The paper's difference of {SECOND_PEAK_DIFFERENCE} at the casting's second peak has no unit; all of our second peak is \
-                 {second:.2} m/s."
+                "The paper's difference of {SECOND_PEAK_DIFFERENCE} at the casting's second peak has no unit. The whole second peak of \
+                 decore is {second:.2} m/s."
             ),
         ],
         evidence: vec![Evidence::new(
@@ -316,21 +318,21 @@ fn differences(ours: &Ours) -> Result<FigureGroup, PaperError> {
     ];
     let remarks = vec![
         format!(
-            "Frequency and RMS: ours against the paper's measurement. Its own printed figures make {:.1} % for the frequency, {:.1} % for \
-             the RMS during hammering and {:.1} % for that of the extension.",
+            "Frequency and RMS: decore compared with the paper's measurement. The paper's own figures give {:.1} % for the frequency, \
+             {:.1} % for the RMS during hammering and {:.1} % for the RMS during the extension.",
             printed(IMPACT_FREQUENCY_HZ),
             printed(ARM_HAMMERING_M_S),
             printed(ARM_EXTENSION_M_S)
         ),
         format!(
-            "Casting: the paper prints no measured velocities, so ours is what the low-pass alone makes, whole against low-passed, mean of \
-             {} blows: {casting:.0} of the quoted {CASTING_DIFFERENCE_PERCENT} %, if the calculated curve was not filtered. The rest stays \
-             open: it measures at the casting's underside, ours moves as a rigid body.",
+            "Casting: the paper prints no measured velocities. So the figure of decore is the effect of the low-pass alone, the mean of {} \
+             blows: {casting:.0} of the quoted {CASTING_DIFFERENCE_PERCENT} %, if the paper's calculated curve was not filtered. The rest \
+             is open: the paper measures at the casting's underside, while the casting of decore is a rigid body.",
             ours.impacts.len()
         ),
         format!(
-            "Chisel: the same would make {chisel:+.0} %, where the paper quotes {CHISEL_DIFFERENCE_PERCENT} %: either the calculated curve was \
-             filtered too, or other differences outweigh the filter. The paper does not say which velocity it took."
+            "Chisel: the same comparison gives {chisel:+.0} %, and the paper quotes {CHISEL_DIFFERENCE_PERCENT} %. Either its calculated \
+             curve was filtered too, or other differences outweigh the filter. The paper does not state which velocity it took."
         ),
     ];
     Ok(FigureGroup {

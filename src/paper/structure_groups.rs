@@ -33,13 +33,13 @@ fn natural_frequencies(ours: &Ours) -> FigureGroup {
     let neighbours = NOT_CALCULATED_HZ.map(|hz| format!("{hz} Hz ({:.1} Hz)", nearest(&ours.frequencies_hz, hz)));
     let remarks = vec![
         format!(
-            "Ours keep within {:.2} % of the calculation because the built-in station was fitted to it: they differ from the \
-             measurement as the paper's calculation does, by its simplified structure.",
+            "decore stays within {:.2} % of the calculation, because the built-in station was fitted to it. So it differs from the \
+             measurement as the paper's calculation does, because of the simplified structure.",
             100.0 * farthest.fold(0.0, f64::max)
         ),
         format!(
-            "Measured and in neither calculation, with our nearest mode: {}. Below {ISOLATORS_HZ} Hz ours has {isolators} modes of the \
-             isolators; the paper gives no number of its own.",
+            "Measured, but not calculated by the paper or by decore (with the nearest mode of decore): {}. Below {ISOLATORS_HZ} Hz, \
+             decore has {isolators} modes of the isolators. The paper states no number.",
             neighbours.join(", ")
         ),
     ];
@@ -64,14 +64,14 @@ fn mobility(ours: &Ours) -> FigureGroup {
     };
     let remarks = vec![
         format!(
-            "The paper prints a curve without figures, and no geometry: where peaks lie can be compared, how high they are cannot. \
-             Measured modes with a peak of ours within {:.0} %: {} Hz; without: {} Hz.",
+            "The paper prints a curve without figures, and no geometry. So only the frequencies of peaks can be compared, not their \
+             heights. Measured modes with a peak of decore within {:.0} %: {} Hz; without: {} Hz.",
             100.0 * SAME_MODE,
             list(true),
             list(false)
         ),
-        "At 32 Hz, which the paper calls underrepresented in its calculation, ours has no mode either. A mode whose shape has \
-         little motion along the strike at the mount makes no peak there."
+        "The paper calls 32 Hz underrepresented in its calculation. decore has no mode there either. A mode with little motion \
+         along the strike at the mount makes no peak there."
             .to_owned(),
     ];
     let measured_hz = |peak: &MobilityPeak| {

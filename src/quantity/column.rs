@@ -14,7 +14,7 @@ pub struct CellColumn {
     pub present: Vec<u8>,
     /// Number of cells.
     pub count: usize,
-    /// How many are not there.
+    /// Number of missing values.
     pub missing: usize,
 }
 
@@ -31,7 +31,7 @@ pub enum ColumnValues {
     Text {
         /// All of them.
         text: String,
-        /// Where in it each of them ends.
+        /// End of each text in it.
         ends: Vec<usize>,
     },
     /// Texts of which there are few.

@@ -1,4 +1,4 @@
-//! Values with their kinds and units, and output quantities declared once: what every table, JSON file and text is made of.
+//! Values with their kinds and units, and output quantities that are declared once for all tables, JSON files and texts.
 //!
 //! - [`Value`], [`Kind`]: a value from the study to the report, and its type; [`Cell`]: one where there may be none
 //! - [`put_cell`], [`take_cells`]: cells as bytes, and those of a row off them to the columns of their table

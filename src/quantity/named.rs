@@ -18,7 +18,7 @@ macro_rules! named {
             /// All, in their order.
             pub const ALL: [Self; [$($name),+].len()] = [$(Self::$value),+];
 
-            /// Its name.
+            /// Name in files.
             pub const fn name(self) -> &'static str {
                 match self { $(Self::$value => $name,)+ }
             }

@@ -111,7 +111,7 @@ fn unknown(study: &Study, word: &Word) -> Option<Unknown> {
             let (driven, mut leaves) = (driven().collect::<Vec<_>>(), Vec::new());
             path::leaves(&study.scenes.template, &mut Vec::new(), &mut leaves);
             let known = factors().chain(driven.iter().chain(&leaves).map(String::as_str));
-            let message = format!("`{name}` is no factor, and no value that the study gives");
+            let message = format!("`{name}` is neither a factor nor a value of the study");
             Some(Unknown { message, nearest: nearest(name, known) })
         }
     }
@@ -179,7 +179,7 @@ impl Scope for RowScope<'_> {
             return as_value(&value, name);
         }
         let value = path::get(&self.study.scenes.template, &at);
-        let value = value.ok_or_else(|| format!("`{name}` is no factor, and no value that the study gives"))?;
+        let value = value.ok_or_else(|| format!("`{name}` is neither a factor nor a value of the study"))?;
         as_value(value, name)
     }
 

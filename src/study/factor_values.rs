@@ -41,9 +41,7 @@ impl CheckedStudy {
             let FactorSource::Drawn { index, distribution } = &factor.source else { continue };
             let value = given.iter().find(|(name, _)| *name == factor.name).map(|(_, value)| value);
             let level = match (value, self.is_overridden(factor)) {
-                (Some(_), true) => {
-                    Err(self.fault(&factor.name, "has the value that the study was loaded with over its own"))
-                }
+                (Some(_), true) => Err(self.fault(&factor.name, "is already set by an override of the study")),
                 (None, true) => first.get(*index).copied().ok_or_else(|| self.fault(&factor.name, "has no value")),
                 (None, false) => Err(self.fault(&factor.name, "has no value").expected("a value for every factor")),
                 (Some(value), false) => level(factor, distribution, value).ok_or_else(|| {

@@ -76,7 +76,7 @@ impl Goal {
                     continue;
                 }
                 let place = typed.locate_part(&at, text, &TextSpan { text: &word.text, column: word.column });
-                let message = format!("`{}` is no numerical column of the table of runs", word.text);
+                let message = format!("`{}` is not a numerical column of the table of runs", word.text);
                 let near = nearest(&word.text, known.iter().map(|(name, _)| name.as_str()));
                 let problem = Problem::new(place, path::join(&at), message).nearest(near);
                 problems.push(problem.expected("a column that `decore help outputs` lists"));
@@ -128,7 +128,7 @@ impl GoalReader<'_> {
     fn limit(&mut self, (index, text): (usize, &String)) -> Option<Limit> {
         let at = ["goal".to_owned(), "limits".to_owned(), index.to_string()];
         let Some((left, symbol, right)) = self.expression(&at, text)?.comparison() else {
-            self.fault(&at, format!("`{text}` is no comparison")).expected =
+            self.fault(&at, format!("`{text}` is not a comparison")).expected =
                 Some("`<=` or `>=` between two values, e.g. \"max_casting_point_velocity_m_s <= 4.5\"".into());
             return None;
         };

@@ -31,6 +31,7 @@ result = study.write_scene(
     measured="out/rig.csv",
     channels=[f"{SIGNAL}=vibrometer:mm/s"],
     html="out/measured.html",
+    replace=True,
     signals="out/measured.parquet",
 )
 print(result)

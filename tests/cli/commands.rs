@@ -5,7 +5,7 @@ use std::io::Write as _;
 use std::path::{Path, PathBuf};
 use std::process::{Command, Output, Stdio};
 #[cfg(unix)]
-use std::time::Duration;
+use std::time::{Duration, Instant};
 
 use decore_dataset::{DatasetReader, TableName};
 use tempfile::TempDir;
@@ -204,7 +204,7 @@ fn init_writes_a_study_that_runs_and_never_overwrites() {
     ends(&["init", file.to_str().unwrap()], DONE);
     ends(&["check", file.to_str().unwrap(), "--set", "solver.guide=tied"], DONE);
     let refused = ends(&["init", file.to_str().unwrap()], BAD_INPUT);
-    assert!(stderr(&refused).contains("not touched"), "{}", stderr(&refused));
+    assert!(stderr(&refused).contains("exists and was not changed"), "{}", stderr(&refused));
 }
 
 #[test]
@@ -246,7 +246,15 @@ fn an_interrupt_keeps_what_is_done() {
         .stderr(Stdio::piped())
         .spawn()
         .unwrap();
-    std::thread::sleep(Duration::from_secs(2));
+    // A busy machine takes a while to the first row.
+    let begin = Instant::now();
+    let done = || -> Option<u64> {
+        let text = fs::read_to_string(folder.join("status.json")).ok()?;
+        serde_json::from_str::<serde_json::Value>(&text).ok()?["rows_done"].as_u64()
+    };
+    while done().unwrap_or(0) == 0 && begin.elapsed() < Duration::from_secs(60) {
+        std::thread::sleep(Duration::from_millis(50));
+    }
     let id = child.id().to_string();
     assert!(Command::new("kill").args(["-INT", &id]).status().unwrap().success());
     let output = child.wait_with_output().unwrap();

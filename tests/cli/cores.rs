@@ -104,7 +104,7 @@ fn tests_give_the_law_they_were_drawn_from() {
     }
     assert!(still_in > 1, "some cores stay in");
     for law in ["lognormal", "weibull"] {
-        let found = cores.found(&text, &["--law", law, "--output", "times.parquet"]);
+        let found = cores.found(&text, &["--law", law, "--output", "times.parquet", "--replace"]);
         let dose = &found["doses"][1]["dose"];
         let [low, value, high] = ["low", "value", "high"].map(|end| number(&dose[end]));
         assert!(low < median && median < high && low > 0.3 * value && high < 3.0 * value, "{law}: {dose}");

@@ -165,7 +165,7 @@ fn an_analysis_spares_the_files_of_its_study() {
     let (_, factors) = design.split_once("[design.factor.").expect("factors");
     let table = "[design]\nkind = \"table\"\nfile = \"rows.parquet\"\n\n[design.factor.";
     fs::write(folder.path("table.toml"), format!("{scene}{table}{factors}")).expect("written");
-    let further = ["--study", "table.toml", "--repair", "--parquet", "rows.parquet"];
+    let further = ["--study", "table.toml", "--repair", "--parquet", "rows.parquet", "--replace"];
     folder.refuses(&[&["analyse", "sweep"][..], &further].concat(), READ);
 }
 
@@ -193,11 +193,11 @@ fn links_to_inputs_are_seen_through() {
         folder.refuses(arguments, words);
     }
     // Another name of a file that the command does not read gets another file, and the first one keeps its own.
-    link("other/manifest.json", "summary.json");
-    let before = fs::read(folder.path("other/manifest.json")).expect("read");
+    link("other/status.json", "summary.json");
+    let before = fs::read(folder.path("other/status.json")).expect("read");
     let rows = ["run", "placement.toml", "--output", "sweep", "--summary", "summary.json"];
     folder.ends(&[&rows[..], &AT_ONCE].concat(), &[0, 4]);
-    assert!(before == fs::read(folder.path("other/manifest.json")).expect("read"));
+    assert!(before == fs::read(folder.path("other/status.json")).expect("read"));
     assert!(before != fs::read(folder.path("summary.json")).expect("read"));
 }
 
@@ -209,6 +209,7 @@ fn only_decore_s_own_predictor_is_replaced() {
     folder.refuses(&surrogate, "predict.py is to be written too, and what is there was not written by decore");
     fs::remove_file(folder.path("predict.py")).expect("removed");
     folder.ends(&surrogate, &[0]);
+    let surrogate = ["surrogate", "sweep", "--output", "model.parquet", "--replace"];
     let written = fs::read_to_string(folder.path("predict.py")).expect("a script");
     // One of an earlier version differs further down.
     let begin = written.lines().next().expect("a line");
@@ -250,6 +251,69 @@ fn an_export_makes_its_folder() {
     assert!(said.contains("--export <FORMAT>"), "{said}");
 }
 
+/// Every command with a file as its output: a second run is refused at once and replaces the file on request.
+#[test]
+fn an_existing_file_is_replaced_on_request_alone() {
+    let folder = Folder::new();
+    let measured = ["R5.z,R5.z,100,1e-6,0", "R5.z,R5.z,150,2e-6,-1e-6", "R5.z,R5.z,200,1e-6,-2e-6"].join("\n");
+    let head = "response,force,frequency_hz,receptance_re,receptance_im\n";
+    fs::write(folder.path("frf.csv"), format!("{head}{measured}\n")).expect("written");
+    fs::write(folder.path("cores.csv"), "row,core_out_after_s\n0,30\n1,40\n").expect("written");
+    folder.ends(&["surrogate", "sweep", "--output", "fitted.parquet"], &[0]);
+    folder.ends(&["design", "placement.toml", "--output", "places.csv"], &[0]);
+    let rig = "paper_rig.toml";
+    for (arguments, file) in [
+        (&["init", "study.toml"][..], "study.toml"),
+        (&["check", "placement.toml", "--scatter", "matrix.svg"], "matrix.svg"),
+        (&["design", "placement.toml", "--output", "rows.csv"], "rows.csv"),
+        (&["scene", rig, "--signals", "row.parquet"], "row.parquet"),
+        (&["scene", rig, "--plot", "row.svg"], "row.svg"),
+        (&["scene", rig, "--html", "row.html"], "row.html"),
+        (&["report", "sweep", "--html", "page.html"], "page.html"),
+        (&["analyse", "sweep", "--bootstrap", "0", "--parquet", "indices.parquet"], "indices.parquet"),
+        (&["surrogate", "sweep", "--output", "model.parquet"], "model.parquet"),
+        (&["predict", "fitted.parquet", "places.csv", "--output", "predicted.parquet"], "predicted.parquet"),
+        (&["structure", rig, "--html", "machine.html"], "machine.html"),
+        (&["structure", rig, "--measured", "frf.csv", "--damping-to", "ratios.csv"], "ratios.csv"),
+    ] {
+        fs::write(folder.path(file), "mine").expect("written");
+        let words = format!("{file} exists and was not changed: choose another name (");
+        folder.refuses(arguments, &words);
+        assert!(folder.ends(arguments, &[BAD_INPUT]).contains("add `--replace` to replace it"), "{arguments:?}");
+        folder.ends(&[arguments, &["--replace"]].concat(), &[0]);
+        assert!(fs::read(folder.path(file)).expect("read") != b"mine", "{arguments:?}");
+        // A folder under the file's name is never replaced.
+        fs::remove_file(folder.path(file)).expect("removed");
+        fs::create_dir(folder.path(file)).expect("made");
+        folder.refuses(&[arguments, &["--replace"]].concat(), "is a folder: give the name of a file");
+        fs::remove_dir(folder.path(file)).expect("removed");
+    }
+    // The two slow or demanding ones are refused alike.
+    for (arguments, file) in [
+        (&["paper", "--html", "paper.html"][..], "paper.html"),
+        (&["cores", "sweep", "--tests", "cores.csv", "--output", "times.parquet"], "times.parquet"),
+    ] {
+        fs::write(folder.path(file), "mine").expect("written");
+        folder.refuses(arguments, &format!("{file} exists and was not changed"));
+        let said = folder.ends(&[arguments, &["--replace", "--no-such-option"]].concat(), &[BAD_INPUT]);
+        assert!(said.contains("unexpected argument '--no-such-option'"), "{said}");
+    }
+    // Standard output takes any number of studies.
+    (0..2).for_each(|_| assert!(folder.ends(&["init", "-"], &[0]).contains("[casting.part]")));
+}
+
+/// The same command continues a sweep, so the status of an earlier run makes way; other files do not.
+#[test]
+fn a_status_replaces_a_status_alone() {
+    let folder = Folder::new();
+    let run = [&["run", "placement.toml", "--output", "sweep", "--summary", "status.json"][..], &AT_ONCE].concat();
+    (0..2).for_each(|_| drop(folder.ends(&run, &[0, 4])));
+    for other in ["{}", "mine", "{\"state\": \"complete\"}"] {
+        fs::write(folder.path("status.json"), other).expect("written");
+        folder.refuses(&run, "status.json exists and is not the status of a sweep: choose another name (--summary)");
+    }
+}
+
 /// Of names that nobody gave nothing is replaced unless that is asked for; other files of the folder are no matter.
 #[test]
 fn a_folder_s_files_are_replaced_on_request_alone() {
@@ -264,7 +328,7 @@ fn a_folder_s_files_are_replaced_on_request_alone() {
         fs::create_dir(folder.path("to")).expect("made");
         fs::write(folder.path("to/notes.txt"), "mine").expect("written");
         fs::write(folder.path("to").join(file), "mine").expect("written");
-        folder.refuses(arguments, &format!("{file} is there already: give another folder, or --replace"));
+        folder.refuses(arguments, &format!("{file} exists and was not changed: choose another name ("));
         if arguments[0] != "accuracy" {
             folder.ends(&[arguments, &["--replace"]].concat(), &[0]);
             assert!(fs::read(folder.path("to").join(file)).expect("read") != b"mine", "{file}");

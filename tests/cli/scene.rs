@@ -82,7 +82,7 @@ fn what_is_drawn_does_not_depend_on_signals_written_beside_it() {
     let scratch = TempDir::new().expect("scratch folder");
     let scene = |further: &[&str], code: i32| quick_rig(scratch.path(), further, code);
     let drawn = |further: &[&str]| {
-        scene(&[&["--plot", "row.svg", "--html", "row.html"], further].concat(), 0);
+        scene(&[&["--plot", "row.svg", "--html", "row.html", "--replace"], further].concat(), 0);
         ["row.svg", "row.html"].map(|file| fs::read_to_string(scratch.path().join(file)).expect("drawn"))
     };
     let alone = drawn(&[]);

@@ -69,9 +69,9 @@ fn a_written_design_read_back_gives_the_same_rows() {
     let rows = fs::read_to_string(folder.path().join("rows.csv")).expect("rows");
     assert_eq!(rows.lines().count(), 41, "{rows}");
     for ending in ["csv", "parquet"] {
-        decore(folder.path(), &["design", "first.toml", "--output", &format!("rows.{ending}")]);
+        decore(folder.path(), &["design", "first.toml", "--output", &format!("rows.{ending}"), "--replace"]);
         write("second.toml", &format!("kind = \"table\"\nfile = \"rows.{ending}\""));
-        decore(folder.path(), &["design", "second.toml", "--output", "again.csv"]);
+        decore(folder.path(), &["design", "second.toml", "--output", "again.csv", "--replace"]);
         assert!(rows == fs::read_to_string(folder.path().join("again.csv")).expect("again"), "{ending}");
     }
 }

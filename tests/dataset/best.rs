@@ -250,7 +250,7 @@ fn a_page_tells_limits_that_nothing_holds_and_rows_that_fail() {
 /// What the page of the study's dataset says, and its text.
 fn page(study: &Study) -> (Value, String) {
     let mut report = decore();
-    report.current_dir(study.scratch.path()).args(["report", "out", "--html", "page.html"]);
+    report.current_dir(study.scratch.path()).args(["report", "out", "--html", "page.html", "--replace"]);
     expect_code(report, 0);
     let text = fs::read_to_string(study.file("page.html")).expect("page");
     let start = text.split_once("id=\"meta\">").expect("data").1;

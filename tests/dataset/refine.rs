@@ -155,7 +155,7 @@ fn what_it_tells_of_models_is_what_surrogate_tells() {
         let told = ended(goal);
         let mut surrogate = decore();
         surrogate.current_dir(study.scratch.path()).args(["surrogate", "out", "--output", "model.parquet", "--json"]);
-        surrogate.args(["--outputs", "delivered_work_j"]);
+        surrogate.args(["--replace", "--outputs", "delivered_work_j"]);
         let process = progress(&expect_code(surrogate, 0))["outputs"][0]["process"].clone();
         let least = process["q2"].as_f64().expect("Q2").min(process["q2_folds"].as_f64().expect("Q2"));
         assert_eq!(told["outputs"][0]["q2"].as_f64(), Some(least), "{goal:?}");

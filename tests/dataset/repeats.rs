@@ -142,7 +142,7 @@ fn a_table_with_other_numbers_of_rows_is_refused() {
     let study = Study::new("kind = 'table'\nfile = 'rows.csv'", NUMBERS);
     let check = |rows: &str, code| {
         fs::write(study.file("rows.csv"), format!("row,position,pressure\n{rows}")).expect("rows");
-        let mut command = study.command(&["design", "study.toml", "--output", "design.csv"]);
+        let mut command = study.command(&["design", "study.toml", "--output", "design.csv", "--replace"]);
         let output = command.output().expect("runs");
         assert_eq!(output.status.code(), Some(code), "{}", errors(&output));
         errors(&output)

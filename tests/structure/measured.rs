@@ -212,7 +212,7 @@ fn proposed_damping_ratios_are_those_that_the_study_uses() {
     fs::write(&path, "mode,damping_ratio\n1,1.5\n").expect("written");
     fails("damping.csv, line 2: damping_ratio: expected a ratio from 0 to below 1");
     let error = Engine::load(&study("housings = \"included\"\ndamping_ratio = 0.1"), &[]).expect_err("refused");
-    assert!(error.to_string().contains("stands beside `damping_ratio`"), "{error}");
+    assert!(error.to_string().contains("cannot be combined with `damping_ratio`"), "{error}");
 }
 
 #[test]

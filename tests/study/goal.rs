@@ -54,11 +54,11 @@ fn a_goal_is_read_and_held_to_the_columns() {
         first + 1,
         11,
         "goal.limits.0",
-        "is no comparison",
+        "is not a comparison",
     );
     holds(&fault("maximise = \"strike_energy_j > 3\""), first, 12, "goal.maximise", "belong into `limits`");
     holds(&fault("maximise = \"3\""), first, 12, "goal.maximise", "names no output");
-    holds(&fault("maximise = \"status\""), first, 13, "goal.maximise", "no numerical column");
+    holds(&fault("maximise = \"status\""), first, 13, "goal.maximise", "not a numerical column");
     holds(
         &fault("maximise = \"strike_energy_j\"\nconfidence = 1.0"),
         first + 1,

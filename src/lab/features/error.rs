@@ -67,7 +67,7 @@ pub enum FeaturesError {
     #[error("the table cannot be written as Parquet: {0}")]
     Parquet(#[from] ParquetError),
     /// An existing file.
-    #[error("{} exists: give another folder, or add --replace to overwrite it", path.display())]
+    #[error("{} exists and was not changed: choose another folder, or add `--replace` to replace it", path.display())]
     Exists {
         /// The file.
         path: PathBuf,

@@ -63,12 +63,39 @@ pub enum ParameterKind {
     Group(&'static [Parameter]),
 }
 
+/// Range and default of an entry, the default as in a TOML file instead of the Rust expression.
+fn toml_values(values: &str) -> String {
+    let marks = [("; default ", " ("), ("; default ", ". "), ("; default ", "."), ("Default `", "` in N/m, N s/m")];
+    let found = marks.into_iter().find_map(|(start, end)| {
+        let (before, rest) = values.split_once(start)?;
+        let (default, after) = rest.split_once(end)?;
+        // The keys of a contact have the units in their names.
+        let end = if end.starts_with('`') { "`" } else { end };
+        Some(format!("{before}{start}{}{end}{after}", toml_default(default)))
+    });
+    found.unwrap_or_else(|| values.to_owned())
+}
+
+/// A default in TOML.
+fn toml_default(expression: &str) -> String {
+    let inside = |name: &str| expression.strip_prefix(name)?.strip_prefix('(')?.strip_suffix(')');
+    if let Some((stiffness, damping)) = inside("kelvin_voigt").and_then(|both| both.split_once(", ")) {
+        return format!("{{ stiffness_n_per_m = {stiffness}, damping_n_s_per_m = {damping} }}");
+    }
+    match (inside("Ratio"), expression) {
+        (Some(ratio), _) => ratio.to_owned(),
+        (None, "Vec::new()") => "[]".to_owned(),
+        (None, number) if number.starts_with(|first: char| first.is_ascii_digit()) => number.replace('_', ""),
+        (None, other) => other.to_owned(),
+    }
+}
+
 /// Writes the declarations of a group into the JSON schema of a table with its keys: descriptions and ranges.
 pub fn describe<T: Parameters>(schema: &mut Schema) {
     for entry in T::ENTRIES {
         let Some(property) = schema.pointer_mut(&format!("/properties/{}", entry.name)) else { continue };
         if let Some(object) = property.as_object_mut() {
-            let description = format!("{} {}", entry.description(), entry.values);
+            let description = format!("{} {}", entry.description(), toml_values(entry.values));
             object.insert("description".to_owned(), description.trim_end().into());
         }
         let ParameterKind::Number(range) = entry.kind else { continue };

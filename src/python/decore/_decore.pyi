@@ -305,6 +305,7 @@ class Dataset:
         outputs: str | Sequence[str] = (),
         *,
         output: str | PathLike[str] | None = None,
+        replace: bool = False,
         least_q2: float = 0.9,
     ) -> Surrogate:
         """Model the outputs, so that rows not run can be predicted, with intervals; as `decore surrogate`."""
@@ -319,6 +320,7 @@ class Dataset:
         rank_by: str = "strike_energy_j",
         best: int = 5,
         html: _Path | None = None,
+        replace: bool = False,
         files_in: _Path | None = None,
         wanted_error: float = 0.01,
     ) -> Result:
@@ -348,6 +350,7 @@ class Dataset:
         most_rows: int = 100000,
         overrides: Mapping[str, _Setting] | Sequence[str] = (),
         parquet: _Path | None = None,
+        replace: bool = False,
         progress: bool | Callable[[Progress], object] | None = None,
     ) -> Result:
         """Tell which factors matter to a dataset's outputs: Sobol' indices or elementary effects, with intervals."""
@@ -369,6 +372,7 @@ class Dataset:
         tests: _Path,
         law: Literal["lognormal", "weibull"] = "lognormal",
         best: int = 10,
+        replace: bool = False,
     ) -> Result:
         """Find the dose at which cores are out from tests, and the time until the cores of each row are out."""
     def export(
@@ -394,6 +398,7 @@ class Dataset:
         signals: _Path | None = None,
         plot: _Path | None = None,
         html: _Path | None = None,
+        replace: bool = False,
         files_in: _Path = ".",
         signal_interval_s: float = 0.0001,
         measured: _Path | None = None,
@@ -536,6 +541,7 @@ class Study:
         *,
         threads: int = 0,
         scatter: _Path | None = None,
+        replace: bool = False,
         wanted_error: float = 0.01,
         strict: bool = False,
     ) -> Result:
@@ -544,6 +550,8 @@ class Study:
         self,
         /,
         output: _Path,
+        *,
+        replace: bool = False,
     ) -> Result:
         """Write the rows of a study's design to a file, without running them."""
     def structure(
@@ -612,6 +620,7 @@ class Study:
         signals: _Path | None = None,
         plot: _Path | None = None,
         html: _Path | None = None,
+        replace: bool = False,
         signal_interval_s: float = 0.0001,
         measured: _Path | None = None,
         channels: Sequence[str] = (),
@@ -656,6 +665,7 @@ def merge(
 def paper(
     *,
     html: _Path | None = None,
+    replace: bool = False,
 ) -> Result:
     """Set the publication that the model follows beside what decore gives for its rig: figures, differences, why."""
 def init(

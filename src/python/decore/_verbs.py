@@ -62,6 +62,7 @@ def surrogate(
     outputs: Sequence[str] = (),
     *,
     output: str | os.PathLike[str] | None = None,
+    replace: bool = False,
     least_q2: float = 0.9,
 ) -> _decore.Surrogate:
     """Model the outputs, so that rows not run can be predicted, with intervals.
@@ -71,6 +72,7 @@ def surrogate(
     outputs: Columns of the table of runs. Default: delivered work, work of the first impacts, hit frequency, largest
     velocity of the castings, air.
     output: Write the models to this Parquet file, and predict.py, which predicts with NumPy, beside it.
+    replace: Replace an existing file of models.
     least_q2: Q2 below which a model warns at every use, by `PredictionWarning`.
 
     >>> dataset.surrogate(["delivered_work_j"], least_q2=0.0)
@@ -79,7 +81,8 @@ def surrogate(
     names = [outputs] if isinstance(outputs, str) else list(outputs)
     if output is None:
         return self._fit(names, least_q2)
-    _call("surrogate", {"dataset": self.folder, "outputs": names, "output": output, "least_q2": least_q2}, None)
+    options = {"dataset": self.folder, "outputs": names, "output": output, "replace": replace, "least_q2": least_q2}
+    _call("surrogate", options, None)
     return _decore.Surrogate(output)._warned()
 
 

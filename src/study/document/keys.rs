@@ -411,7 +411,7 @@ pub(crate) fn shape_at<'a>(root: &'a Shape, tree: &toml::Table, at: &[String]) -
             _ => None,
         };
         shape = next.ok_or_else(|| UnknownPath {
-            message: format!("`{}` is no parameter of this study", path::join(at)),
+            message: format!("this study has no parameter `{}`", path::join(at)),
             nearest: nearest_path(root, tree, at),
         })?;
     }

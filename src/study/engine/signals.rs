@@ -64,7 +64,7 @@ impl KeptSignals {
             let Some(place) = place.filter(|place| !signals.contains(place)) else {
                 let names = known.iter().skip(1).map(|column| column.name.as_str());
                 let hint = did_you_mean(nearest(name, names).filter(|meant| meant != name));
-                let message = format!("`{name}` is no signal of the study, is the time, or stands there twice{hint}");
+                let message = format!("`{name}` is not a signal of the study, is the time, or is listed twice{hint}");
                 return wrong("signals", message);
             };
             signals.push(place);

@@ -195,6 +195,6 @@ fn whole_ending(status: SweepStatus, manifest: &Manifest) -> SweepStatus {
     if status.state != SweepState::Complete || manifest.complete {
         return status;
     }
-    let message = "the chosen rows have ended, others are still missing: the command without a choice runs them";
+    let message = "the chosen rows have ended, but other rows are missing: run the command without a choice of rows";
     SweepStatus { state: SweepState::Interrupted, message: message.to_owned(), ..status }
 }

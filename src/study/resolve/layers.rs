@@ -31,7 +31,7 @@ fn lay_at(base: &mut toml::Table, over: &toml::Table, at: &mut Vec<String>) -> R
         if let Some(second) = second {
             let mut path = at.clone();
             path.push((*second).to_string());
-            return Err(Conflict { path, message: format!("stands beside `{first}`: give one of the two") });
+            return Err(Conflict { path, message: format!("cannot be combined with `{first}`: give one of the two") });
         }
         group.iter().skip(1).for_each(|key| drop(base.remove(*key)));
     }

@@ -226,7 +226,7 @@ impl Reader<'_> {
         let entry = self.table.entry;
         let path = entry.damping_ratio_file.as_ref().map(|file| self.table.typed.directory.join(file))?;
         if entry.damping_ratio.is_some() {
-            self.problem(&["damping_ratio_file"], "stands beside `damping_ratio`: give one of the two");
+            self.problem(&["damping_ratio_file"], "cannot be combined with `damping_ratio`: give one of the two");
             return None;
         }
         match read_damping_ratios(&path) {

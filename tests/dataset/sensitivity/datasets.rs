@@ -305,7 +305,7 @@ fn the_page_knows_what_the_commands_print() {
         serde_json::from_slice(&output.stdout).expect("JSON")
     };
     let meta = || -> Value {
-        printed(&["report", "--json", "--html", page.to_str().expect("a path")]);
+        printed(&["report", "--json", "--replace", "--html", page.to_str().expect("a path")]);
         let page = fs::read_to_string(&page).expect("a page");
         let meta = page.split_once("id=\"meta\">").expect("data").1.split_once("</script>").expect("its end").0;
         serde_json::from_str(meta).expect("JSON")

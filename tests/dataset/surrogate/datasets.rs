@@ -56,7 +56,14 @@ impl Dataset {
 
     fn predict(&self, model: &str, table: &str) -> Output {
         let mut command = decore();
-        command.current_dir(self.scratch.path()).args(["predict", model, table, "--output", "predicted.parquet"]);
+        command.current_dir(self.scratch.path()).args([
+            "predict",
+            model,
+            table,
+            "--output",
+            "predicted.parquet",
+            "--replace",
+        ]);
         command.output().expect("runs")
     }
 
@@ -135,7 +142,7 @@ fn bytes_are_the_same_for_any_number_of_threads() {
             "out",
             "--json",
         ]);
-        let output = command.args(OUTPUTS).args(["--output", "model.parquet"]).output().expect("runs");
+        let output = command.args(OUTPUTS).args(["--output", "model.parquet", "--replace"]).output().expect("runs");
         assert!(output.status.success(), "{}", text(&output.stderr));
         let predicted = dataset.predict("model.parquet", dataset.table());
         assert!(predicted.status.success(), "{}", text(&predicted.stderr));
