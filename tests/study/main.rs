@@ -11,6 +11,7 @@ mod errors;
 mod faults;
 mod given;
 mod goal;
+mod merged;
 mod pads;
 mod scene;
 #[path = "../common/solid.rs"]
