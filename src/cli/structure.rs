@@ -22,6 +22,7 @@ use decore_model::structure::{
     CACHE_FOLDER, DOF_NAMES, ExportFormat, FeModel, QualityReport, QualitySettings, ReductionSettings,
     SelectionSettings, assess_telling, write_model,
 };
+use decore_model::system::LinearModel;
 use decore_study::engine::{RowRunner, RowScene, reduction_settings};
 use decore_study::{InterfaceDemand, StructureSettings, StructureSource, load_structure};
 
@@ -161,6 +162,8 @@ pub(super) struct StructureResult {
 struct Selections {
     /// Receptances are compared up to this frequency in Hz.
     band_hz: f64,
+    /// Lowest natural frequencies in Hz of the machine with its castings on their fixtures; without the moving bodies of the hammers.
+    with_castings_hz: Vec<f64>,
     /// One entry per tolerance.
     tried: Vec<Selected>,
 }
@@ -191,6 +194,8 @@ fn selections(arguments: &StructureArguments) -> Result<Option<Selections>, Fail
     let engine = StudyArguments { file: &arguments.file, overrides: &overrides, outputs: &[] }.engine()?;
     let Ok(RowScene { scene, modes }) = engine.scene(0) else { return Ok(None) };
     let band_hz = engine.study().structure().mode_band_hz;
+    let together = LinearModel::new(&scene, &modes).ok().and_then(|model| model.frequencies_hz().ok());
+    let with_castings_hz = together.into_iter().flatten().take(LOWEST).collect();
     let reference = arguments.effects.then(|| run_row(&scene, &modes).metrics).flatten();
     let select = |tolerance: f64| -> Result<Selected, Failure> {
         let (selection, modes) = engine.machine_of(&scene).select(&scene, SelectionSettings { tolerance, band_hz })?;
@@ -209,11 +214,12 @@ fn selections(arguments: &StructureArguments) -> Result<Option<Selections>, Fail
             changes,
         })
     };
-    Ok(Some(Selections { band_hz, tried: TOLERANCES.into_iter().map(select).collect::<Result<_, _>>()? }))
+    let tried = TOLERANCES.into_iter().map(select).collect::<Result<_, _>>()?;
+    Ok(Some(Selections { band_hz, with_castings_hz, tried }))
 }
 
 fn selections_text(selections: &Selections) -> String {
-    let Selections { band_hz, tried } = selections;
+    let Selections { band_hz, with_castings_hz, tried } = selections;
     let effects = match tried.iter().any(|selected| selected.changes.is_some()) {
         true => format!("  largest change of {}", MAIN_OUTPUTS.join(", ")),
         false => String::new(),
@@ -229,6 +235,8 @@ fn selections_text(selections: &Selections) -> String {
             text += &format!(" {:>8.0e}", change.unwrap_or(f64::NAN));
         }
     }
+    let lowest: Vec<String> = with_castings_hz.iter().map(|hz| format!("{hz:.4}")).collect();
+    text += &format!("\n\nwith castings  {} Hz", lowest.join(", "));
     text
 }
 

@@ -202,7 +202,10 @@ fn energies_through_fixtures_of_elastic_castings_sum_up() {
         let metrics = clamped(clamp);
         let missing = missing_in_fixtures(&metrics, &[metrics.fixtures.len()]);
         println!("{clamp:?}: {missing:.1e} of the delivered work is missing");
-        assert!(metrics.fixtures.len() == 1 + usize::from(clamp.is_some()) && missing < 1e-6, "{clamp:?}: {missing:e}");
+        assert!(
+            metrics.fixtures.len() == 1 + usize::from(clamp.is_some()) && missing < 1e-10,
+            "{clamp:?}: {missing:e}"
+        );
     }
 }
 
@@ -252,7 +255,9 @@ fn analytic_strain_energy_of_an_impact() {
     let at_end = struck_once(Some(800.0), 0.0, start_s + 0.005 + 1e-10);
     let casting = &at_end.castings[0];
     let found_j = at_end.blows[0].strain.as_ref().unwrap().casting_strain_energy_j;
-    assert_relative("after the blow", found_j, casting.delivered_work_j - casting.kinetic_energy_j, 1e-6);
+    // The work is an integral outside the error control: its error is relative to the whole work.
+    let rest_j = casting.delivered_work_j - casting.kinetic_energy_j;
+    assert!((found_j - rest_j).abs() < 1e-6 * casting.delivered_work_j, "{found_j} instead of {rest_j}");
     assert_eq!(at_end.elastic[0].first_impact_strain_energy_j, Some(found_j));
     assert!(at_end.elastic[0].periodic_strain_energy_mean_j.is_none());
 

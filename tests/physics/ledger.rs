@@ -79,7 +79,7 @@ fn energies_through_fixtures_sum_to_those_of_their_castings() {
         let with = outcome(study, 0, &[&settings[..], &["outputs.fixture_energy=true"]].concat()).metrics.unwrap();
         let missing = missing_in_fixtures(&with, fixtures_of);
         println!("{study} {settings:?}: {missing:.1e} of the delivered work is missing");
-        assert!(missing < 1e-6, "{study} {settings:?}: {missing:e}");
+        assert!(missing < 1e-10, "{study} {settings:?}: {missing:e}");
         assert!(without.fixtures.is_empty());
         assert!(with.fixtures.iter().all(|fixture| fixture.damper_loss_j > 0.0), "{:?}", with.fixtures);
         assert!(RunMetrics { fixtures: Vec::new(), ..with } == without, "{study}");

@@ -12,6 +12,7 @@ mod errors;
 mod faults;
 mod given;
 mod goal;
+mod merged;
 mod pads;
 mod scene;
 #[path = "../common/solid.rs"]

@@ -69,6 +69,10 @@ impl Dense {
     }
 }
 
+/// Fractions and weights of Gauss and Legendre on the interval from 0 to 1: exact for polynomials of degree 5.
+const GAUSS: [(f64, f64); 3] =
+    [(0.112_701_665_379_258_3, 5.0 / 18.0), (0.5, 4.0 / 9.0), (0.887_298_334_620_741_7, 5.0 / 18.0)];
+
 /// The values of one lane.
 #[derive(Debug, Clone, Copy)]
 struct Values<'a> {
@@ -227,6 +231,36 @@ impl<'a> Step<'a> {
         self.write(theta, 0..self.n, y);
     }
 
+    /// Number of places at which an integral over the step is read, see [`Self::place`].
+    pub fn places(&self) -> usize {
+        match self.dense {
+            Dense::Tsit5 => STAGES,
+            Dense::Hermite => GAUSS.len(),
+        }
+    }
+
+    /// Writes the state at a place of the step into `y`; returns its time and its weight in s. The sum of weights times values integrates a
+    /// function of time and state over the accepted part: with the stages of the method of order 5 as if it were a component of the
+    /// state, else on the dense output.
+    pub fn place(&self, place: usize, y: &mut [f64]) -> (f64, f64) {
+        match self.dense {
+            Dense::Tsit5 => {
+                for (index, value) in y.iter_mut().enumerate().take(self.n) {
+                    let rates = tsit5::A[place].iter().enumerate().take(place);
+                    let sum = rates.fold(0.0, |sum, (j, a)| sum + a * self.rates.at(j * self.n + index));
+                    *value = self.y0.at(index) + self.h * sum;
+                }
+                (self.time(tsit5::C[place]), self.h * self.dense.weights(self.theta_end)[place])
+            }
+            Dense::Hermite => {
+                let (fraction, weight) = GAUSS[place];
+                let theta = fraction * self.theta_end;
+                self.state(theta, y);
+                (self.time(theta), weight * self.theta_end * self.h)
+            }
+        }
+    }
+
     /// Rate of component `index` of the interpolated state at fraction `theta`: at both ends the rate of the system.
     pub fn slope(&self, index: usize, theta: f64) -> f64 {
         let powers = [1.0, 2.0 * theta, 3.0 * theta * theta, 4.0 * theta * theta * theta];
@@ -292,6 +326,28 @@ impl<'a> Step<'a> {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    /// Integrals by places are those of the method: of `t^4` exact to order 5 with stages, to degree 5 with the cubic.
+    #[test]
+    fn analytic_integrals_by_places() {
+        let (t0, h) = (0.3_f64, 0.7);
+        // The state is the time itself.
+        let (y0, y1, rates) = ([t0], [t0 + h], [1.0; STAGES]);
+        let exact = |end: f64, power: i32| (end.powi(power + 1) - t0.powi(power + 1)) / f64::from(power + 1);
+        for (dense, theta_end, powers) in [(Dense::Tsit5, 1.0, 4), (Dense::Tsit5, 0.6, 3), (Dense::Hermite, 0.6, 5)] {
+            let of = Ingredients { ends: [&y0, &y1], rates: &rates[..dense.rates()], dense };
+            let step = Step { theta_end, ..Step::new(&of, 0, (t0, h)) };
+            for power in 0..=powers {
+                let mut y = [0.0];
+                let sum = (0..step.places()).fold(0.0, |sum, place| {
+                    let (t, weight_s) = step.place(place, &mut y);
+                    assert!((t - y[0]).abs() < 1e-14);
+                    sum + weight_s * y[0].powi(power)
+                });
+                assert!((sum - exact(step.t1(), power)).abs() < 1e-13, "{dense:?} {power}");
+            }
+        }
+    }
 
     /// The interpolant goes through both ends with their rates: a cubic is reproduced exactly.
     #[test]

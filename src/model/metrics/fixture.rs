@@ -8,14 +8,6 @@ use crate::scene::Scene;
 use crate::system::{Coupled, CoupledModel, FixtureGauge};
 use decore_quantity::quantities;
 
-/// Places within a step, from -1 to 1, and weights of Gauss and Legendre: exact for polynomials of degree 7.
-const GAUSS: [(f64, f64); 4] = [
-    (-0.861_136_311_594_052_6, 0.347_854_845_137_453_85),
-    (-0.339_981_043_584_856_3, 0.652_145_154_862_546_1),
-    (0.339_981_043_584_856_3, 0.652_145_154_862_546_1),
-    (0.861_136_311_594_052_6, 0.347_854_845_137_453_85),
-];
-
 quantities! {
     /// Energy through one fixture. Over the fixtures of a casting the figures sum to its `fixture_damper_loss_j` and `structure_work_j`.
     #[derive(Debug, Clone, Copy, Default, PartialEq, Serialize, JsonSchema)]
@@ -45,18 +37,15 @@ impl FixtureTracks {
         })
     }
 
-    /// Follows a step by its dense output.
+    /// Follows a step, at the places where the method integrates the same powers of whole castings.
     pub fn step(&mut self, system: &Coupled, step: &Step<'_>, scratch: &mut [f64]) {
-        let half = 0.5 * step.theta_end;
-        for (place, weight) in GAUSS {
-            let theta = half * (1.0 + place);
-            step.state(theta, scratch);
-            let duration_s = weight * half * step.h;
-            let powers = self.gauge.read(system, (step.time(theta), scratch));
+        for place in 0..step.places() {
+            let (t, weight_s) = step.place(place, scratch);
+            let powers = self.gauge.read(system, (t, scratch));
             for (metrics, power) in self.metrics.iter_mut().zip(powers) {
-                metrics.damper_loss_j += duration_s * power.loss_w;
-                metrics.structure_work_j += duration_s * power.structure_w;
-                metrics.slip_m += duration_s * power.slip_m_s;
+                metrics.damper_loss_j += weight_s * power.loss_w;
+                metrics.structure_work_j += weight_s * power.structure_w;
+                metrics.slip_m += weight_s * power.slip_m_s;
             }
         }
     }

@@ -17,6 +17,7 @@
 //! - `discrete`: contacts, supplies and gates
 //! - `coupled`: the model with its discrete state
 //! - `motion`: motion of points and elements, forces and energies at a state
+//! - `linear`: natural frequencies and receptances of machine and castings together
 //! - `fixture_gauge`: powers of single fixtures at a state
 //! - `rates`: the right-hand side, for one row or one in each lane
 //! - `lanes`: rows of one shape side by side
@@ -35,6 +36,7 @@ mod integration;
 mod kernel;
 mod lanes;
 mod layout;
+mod linear;
 mod modal;
 mod modal_state;
 mod model;
@@ -54,5 +56,6 @@ pub use fixture_gauge::{FixtureGauge, FixturePower};
 pub(crate) use lanes::{CoupledLanes, Shape};
 pub(crate) use layout::CastingQuadrature;
 pub use layout::HammerQuadrature;
+pub use linear::LinearModel;
 pub use model::{CoupledModel, ResidualMotion};
 pub use placed::{InterfaceModes, PlacedModes, Residual, SceneModes};
