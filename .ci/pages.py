@@ -37,6 +37,8 @@ ROWS, COLUMNS = 100_000, 20
 SCENE_MB, FRAMES_PER_SECOND, POSITION_M = 5, 30, 1e-6
 # Largest error of a drawn motion, as a share of the largest motion: signals have 65536 steps.
 ASIDE = 1e-4
+# As ASIDE, for a bent casting between its stations: the outline is a line of 48 pieces.
+BENDING = 1e-3
 SLIDE_MS, ALIKE = 50, 1e-9
 FACTOR = float(os.environ.get("LIMIT_FACTOR", "1"))
 BLANK = """() => [...document.querySelectorAll('figure')].filter((figure) => {
@@ -316,6 +318,8 @@ class Browser:
                 for (x, y), across, rest in zip(corners, [*view["ends"], *view["ends"][::-1]], [view["top"]] * 2 + [view["bottom"]] * 2):
                     assert abs(x - view["middle"] - view["scale"] * across) < 1e-6, "the casting is not to scale"
                     worst = max(worst, abs(moved(y, rest) - rigid(across) / view["largest"]))
+            # Bends of the points at each station along the view.
+            stations = {}
             for mark in view["marks"]:
                 name = f"{mark['name']}_displacement_m"
                 assert abs(mark["x"] - view["middle"] - view["scale"] * mark["frame"][view["axis"]]) < 1e-6, "a point is not to scale"
@@ -323,6 +327,16 @@ class Browser:
                 if abs(abs(mark["along"]) - 1) < 1e-9:
                     worst = max(worst, abs(moved(mark["y"], mark["rest"]) - mark["along"] * column(name)[row] / view["largest"]))
                     compared += 1
+                    a, b, _ = mark["frame"]
+                    bend = mark["along"] * column(name)[row] - (heave + b * turns[0] - a * turns[1])
+                    stations.setdefault(round(mark["frame"][view["axis"]], 9), []).append(bend)
+            edge = [(x, moved(y, view["top"])) for x, y in zip(view["outline"][::2], view["outline"][1::2])]
+            edge = edge[: len(edge) // 2]
+            for across, bends in stations.items() if view["elastic"] else ():
+                (x0, y0), (x1, y1) = next(pair for pair in zip(edge, edge[1:]) if pair[1][0] >= view["middle"] + view["scale"] * across)
+                drawn = y0 + (y1 - y0) * (view["middle"] + view["scale"] * across - x0) / (x1 - x0)
+                expected = (rigid(across) + sum(bends) / len(bends)) / view["largest"]
+                assert abs(drawn - expected) < BENDING, f"the casting bends by {drawn} of the largest motion at {across} m, not {expected}"
         assert compared, "no point is compared with its signal"
         marks = page.evaluate(PLAN)
         first, last = (max(marks, key=lambda mark: sign * (mark["at"][0] + mark["at"][1])) for sign in (1, -1))

@@ -70,6 +70,65 @@ fn a_page_depends_on_study_and_row_alone() {
     assert_eq!(&phases[..3], ["extension", "first impact", "hammering"], "no periodic blow within 0.15 s");
 }
 
+/// The data of the page of a shipped study over a short time.
+fn page_data(name: &str, further: &[&str]) -> Json {
+    let (scratch, file) = (TempDir::new().expect("scratch folder"), study(name));
+    let arguments = ["scene", file.to_str().expect("path"), "--html", "row.html"];
+    decore(scratch.path(), &[&arguments, &QUICK[..], further].concat(), 0);
+    let page = fs::read_to_string(scratch.path().join("row.html")).expect("page");
+    serde_json::from_str(block(&page, "meta")).expect("JSON")
+}
+
+/// Places are those of the study: castings with outline, fixtures of each kind, cores; rail, mounts and interface points of the machine.
+#[test]
+fn a_page_has_the_places_of_its_scene() {
+    let meta = page_data("cores.toml", &["--set", "casting.head.measuring_point_m=[0.05, 0.1]"]);
+    let casting = &meta["castings"][0];
+    let places =
+        |of: &Json| of.as_array().expect("places").iter().map(|at| at.as_f64().expect("m")).collect::<Vec<_>>();
+    let (centre, x, y) = (places(&casting["centre_m"]), &casting["outline_m"][0], &casting["outline_m"][1]);
+    for (axis, (ends, size)) in [(x, 0.20), (y, 0.36)].into_iter().enumerate() {
+        let ends = places(ends);
+        assert!((ends[1] - ends[0] - size).abs() < 1e-12, "{ends:?}");
+        assert!((ends[0] + ends[1] - 2.0 * centre[axis]).abs() < 1e-12, "{ends:?}");
+    }
+    let fixtures = casting["fixtures"].as_array().expect("fixtures");
+    let kinds: Vec<&str> = fixtures.iter().filter_map(|fixture| fixture["kind"].as_str()).collect();
+    assert_eq!(kinds, ["pad", "pad", "pad", "pad", "clamp", "clamp"]);
+    assert_eq!(places(&casting["measured_m"]), [0.05, 0.1, 0.0]);
+    assert_eq!(casting["cores"][0]["name"], "left_end");
+    assert_eq!(places(&casting["cores"][0]["at"]), [0.0, -0.15, 0.0]);
+    assert_eq!(casting["axes"], serde_json::json!([[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, -1.0]]));
+    // Hammers stand above the points that they strike, where the factors of the row place them on the rail.
+    let mounts = [0, 1].map(|hammer| places(&meta["hammers"][hammer]["mount_m"]));
+    let factor = |at: usize| meta["factors"][at][1].as_str().and_then(|text| text.parse::<f64>().ok()).expect("m");
+    let apart = factor(0) - factor(1);
+    assert!(apart > 0.04 && (mounts[1][1] - mounts[0][1] - apart).abs() < 1e-12, "{mounts:?}, not {apart} m apart");
+    for (hammer, mount) in mounts.iter().enumerate() {
+        let strike = places(&meta["hammers"][hammer]["strike_m"]);
+        assert!((0..2).all(|axis| (centre[axis] + strike[axis] - mount[axis]).abs() < 1e-12), "{strike:?} {mount:?}");
+    }
+    assert!(meta["rails"][0]["at"].as_array().expect("rail").len() > 1);
+    let held = casting["held"].as_array().expect("held");
+    let points: Vec<&Json> =
+        meta["machine_points"].as_array().expect("points").iter().map(|point| &point["name"]).collect();
+    assert!(held.iter().all(|held| points.contains(&&held["point"])), "{points:?}");
+    let kinds = |name: &str| page_data(name, &[])["castings"][0]["fixtures"][0]["kind"].clone();
+    assert_eq!(kinds("paper_rig.toml"), "spring");
+}
+
+/// Displacements of points of rigid castings follow from heave and rotations: the page leaves them out.
+#[test]
+fn a_page_leaves_out_what_follows() {
+    let stored = |further: &[&str]| {
+        let meta = page_data("paper_rig.toml", further);
+        let signals = meta["signals"].as_array().expect("signals").clone();
+        let names = signals.iter().filter_map(|signal| signal["quantity"].as_str().map(str::to_owned));
+        names.filter(|name| name.ends_with("casting_displacement_m") || name == "heave_m").collect::<Vec<_>>()
+    };
+    assert_eq!(stored(&[]), ["heave_m"]);
+}
+
 /// The paper's rig over a short time with further arguments, run in a folder.
 fn quick_rig(folder: &Path, further: &[&str], code: i32) -> Output {
     let rig = study("paper_rig.toml");

@@ -567,6 +567,47 @@ fn signals_of_points_are_those_of_the_structure() {
     assert_relative("first impact", seen, unseen, 1e-5);
 }
 
+/// The point (x, y) of a rigid casting moves by `z + y tx - x ty`, and by the integral of its velocity.
+#[test]
+fn castings_move_where_they_are_struck_and_held() {
+    let interval_s = 5e-6;
+    let (scene, modes) = scene("three_hammers.toml", 0, &["duration_s=0.06"]).unwrap();
+    let (_, recorder) =
+        run_row_observed(&scene, &modes, |model| decore_model::metrics::SignalRecorder::new(model, &scene, interval_s));
+    let signals = recorder.unwrap().into_signals();
+    let values = |name: &str| {
+        let signal = signals.iter().find(|signal| signal.name == name);
+        signal.unwrap_or_else(|| panic!("no signal {name}")).values.as_slice()
+    };
+    let largest = |values: &[f64]| values.iter().fold(0.0_f64, |largest, value| largest.max(value.abs()));
+    let [heave, tx, ty] = ["a_heave_m", "a_rotation_x_rad", "a_rotation_y_rad"].map(values);
+    let apart = |found: &[f64], expected: &dyn Fn(usize) -> f64| {
+        let differences = found.iter().enumerate().map(|(at, value)| (value - expected(at)).abs());
+        differences.fold(0.0, f64::max)
+    };
+    let mut points: Vec<(String, [f64; 2])> = scene.castings[0]
+        .fixtures
+        .iter()
+        .map(|fixture| (format!("a_fixture_{}", fixture.name), fixture.at_m))
+        .collect();
+    points.extend(scene.hammers.iter().take(2).map(|unit| (unit.name.clone(), unit.strike_point_m)));
+    for (name, [x, y]) in points {
+        let found = values(&format!("{name}_casting_displacement_m"));
+        assert!(largest(found) > 1e-4, "{name} moves by at most {} m", largest(found));
+        let off = apart(found, &|at| heave[at] + y * tx[at] - x * ty[at]);
+        assert!(off < 1e-12, "{name}: {off} m");
+    }
+    assert_eq!(values("b_measuring_point_displacement_m"), values("b_heave_m"), "the centre, where no point is chosen");
+    let velocity = values("one_casting_velocity_m_s");
+    let mut integral = vec![0.0];
+    for pair in velocity.windows(2) {
+        integral.push(integral[integral.len() - 1] + 0.5 * interval_s * (pair[0] + pair[1]));
+    }
+    let struck = values("one_casting_displacement_m");
+    let off = apart(struck, &|at| integral[at]);
+    assert!(off < 1e-3 * largest(struck), "{off} of {} m", largest(struck));
+}
+
 /// Points that are only to be seen cost no state, however many there are, and modes stay condensed. Other outputs change by less than the
 /// tolerances of the preset.
 #[test]

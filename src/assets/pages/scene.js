@@ -201,7 +201,7 @@ async function scenePage() {
   const mechanism = meta.hammers.length ? new Mechanism(meta, signals, view) : null;
   if (mechanism) section('In motion', mechanism.figure.node, note('Contacts flash when they close. Chambers: white at ambient pressure, blue at the supply’s. Keys: space plays, n and p jump to the next and the previous blow, comma and full stop move by one sample.'));
   const sides = new SideViews(meta, signals, view);
-  section('In place', note(PLACE_NOTE), el('div', { class: 'pair' }, sitePlan(meta).node, ...sides.nodes));
+  section('In place', note(PLACE_NOTE), el('div', { class: 'pair views' }, sitePlan(meta).node, ...sides.nodes));
   hammers.plots = PLOTS.filter((plot) => !plot.points || meta.points.length).map((plot) => tracePlot(view, {
     ...plot, curves: () => curvesOf(meta, signals, plot, hammers.shown),
     blows: plot.blows ? () => meta.blows.filter((blow) => hammers.shown.includes(blow.hammer)) : undefined,
