@@ -107,12 +107,24 @@ impl Surrogate {
     ///
     /// `table`: a frame, a `Table`, a mapping of values, rows as mappings, or an array; columns are taken by the names of the
     /// factors, `factor_` before them or not, and unknown and missing columns raise `KeyError`. `output`: write the predictions to
-    /// this Parquet file too. Warns by `PredictionWarning` of rows that are extrapolated and of models that are poor.
+    /// this Parquet file too. `replace`: replace an existing file. Warns by `PredictionWarning` of rows that are extrapolated and of models that are poor.
     ///
     /// >>> models.predict(study.rows()).keys()[-2:]
     /// ['delivered_work_j_low', 'delivered_work_j_high']
-    #[pyo3(signature = (table, output=None))]
-    fn predict(&self, py: Python<'_>, table: &Bound<'_, PyAny>, output: Option<FilePath>) -> PyResult<Table> {
+    #[pyo3(signature = (table, output=None, *, replace=false))]
+    fn predict(
+        &self,
+        py: Python<'_>,
+        table: &Bound<'_, PyAny>,
+        output: Option<FilePath>,
+        replace: bool,
+    ) -> PyResult<Table> {
+        if let Some(taken) = output.as_ref().filter(|output| !replace && output.0.symlink_metadata().is_ok()) {
+            let path = taken.0.display();
+            let message =
+                format!("{path} exists and was not changed: choose another name (output), or add replace=True");
+            return Err(PyValueError::new_err(message));
+        }
         let cells = self.rows(table)?;
         let model = Arc::clone(&self.model);
         let predicted = Work::new(move |_| {

@@ -197,6 +197,10 @@ def check_surrogate(scratch):
     check(pyarrow.table(said).equals(pyarrow.parquet.read_table(scratch / "said.parquet")), "predictions of the command line")
     read = decore.Surrogate(scratch / "command.parquet")
     check(str(read) == str(models) and read.predict(rows)["delivered_work_j"] == said["delivered_work_j"], "a file of models")
+    file = scratch / "predictions.parquet"
+    models.predict(rows, file)
+    check("predictions.parquet exists" in str(raised(ValueError, lambda: models.predict(rows, file))), "an existing file")
+    models.predict(rows, file, replace=True)
     check("did you mean `pressure`" in str(raised(KeyError, lambda: models.predict(rows | {"presure": [5.0]}))), "an unknown factor")
     check("missing: `position`" in str(raised(KeyError, lambda: models.predict({"pressure": [5.0]}))), "a factor without values")
     check("has 1 values" in str(raised(ValueError, lambda: models.predict(rows | {"pressure": [5.0]}))), "columns of two lengths")

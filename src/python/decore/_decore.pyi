@@ -431,12 +431,13 @@ class Surrogate:
     def _warned(self) -> Surrogate: ...
     def save(self, file: _Path) -> None:
         """Writes the models to a Parquet file, as `decore surrogate --output`."""
-    def predict(self, table: _Frame, output: _Path | None = None) -> Table:
+    def predict(self, table: _Frame, output: _Path | None = None, *, replace: bool = False) -> Table:
         """Predict rows that were not run; as `decore predict`.
 
         table: a mapping of values, a frame of pandas, polars or Arrow, a `Table`, rows as mappings, or an array of NumPy. Columns
         are taken by the names of the factors, `factor_` before them or not; numbers without names in the order of the factors.
         output: write the predictions to this Parquet file too.
+        replace: replace an existing file.
 
         Warns by `PredictionWarning` of rows that are extrapolated (column `extrapolated`) and of models that are poor.
         """
