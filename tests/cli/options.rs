@@ -123,7 +123,7 @@ fn signals_that_would_not_fit_are_refused() {
         ]);
         ran(command.args(["--set", "solver.guide=tied"]))
     };
-    for (interval, figure) in [("1e-9", "540.00 GB"), ("1e-7", "5.40 GB")] {
+    for (interval, figure) in [("1e-9", "576.00 GB"), ("1e-7", "5.76 GB")] {
         let (code, _, log) = run(interval);
         assert_eq!(code, Some(2), "{log}");
         assert!(log.contains(figure) && log.contains("more than 1 GB; expected at least"), "{log}");

@@ -36,8 +36,11 @@ fn numbers(json: &Json) -> Vec<f64> {
 }
 
 fn point(name: &str) -> PointId {
-    let fixture =
-        |of: &str| FixtureId { casting: 0, fixture: ["a", "b", "c"].iter().position(|one| *one == of).unwrap() };
+    let fixture = |of: &str| FixtureId {
+        casting: 0,
+        fixture: ["a", "b", "c"].iter().position(|one| *one == of).unwrap(),
+        axis: 0,
+    };
     match name.split_once('.') {
         Some(("support", of)) => PointId::Support(fixture(of)),
         Some(("held", of)) => PointId::Held(fixture(of)),
