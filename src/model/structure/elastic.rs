@@ -126,6 +126,9 @@ impl Node {
     }
 }
 
+/// Rows and shares of a node's motion, its weight before it is scaled, and 1 with its distances across the motion.
+type WeighedNode = (Vec<(usize, f64)>, f64, Vector3<f64>);
+
 /// The elastic body of a casting.
 #[derive(Debug)]
 pub struct ElasticBody {
@@ -379,7 +382,7 @@ impl ElasticBody {
             let along = node.along(direction)?;
             (inside > 0.0).then(|| (along, inside * inside, Vector3::new(1.0, dot(d, first), dot(d, second))))
         });
-        let weighed: Vec<(Vec<(usize, f64)>, f64, Vector3<f64>)> = weighed.collect();
+        let weighed: Vec<WeighedNode> = weighed.collect();
         if weighed.is_empty() {
             let [x, y, z] = place;
             return Err(self.no_nodes(format!("x = {x:.4} m, y = {y:.4} m, z = {z:.4} m")));

@@ -128,8 +128,8 @@ impl Coupled {
     /// Strain energy of a part at a state beyond rest, J: `sum omega^2 x^2 / 2` over its modes, and `F' R F / 2` of its residual
     /// flexibility under the forces of its links; 0 for a rigid part. `forces` is scratch memory, a number per element.
     pub fn strain_energy(&self, part: PartId, (t, y): (f64, &[f64]), forces: &mut [f64]) -> f64 {
-        let parts = self.model.parts.iter().zip(&self.blocks);
-        let Some((part, block)) = parts.filter(|(known, _)| known.id == part).next() else { return 0.0 };
+        let mut parts = self.model.parts.iter().zip(&self.blocks);
+        let Some((part, block)) = parts.find(|(known, _)| known.id == part) else { return 0.0 };
         let Some(modes) = block.modes() else { return 0.0 };
         let mut energy = 0.0;
         block.each_mode(part.states_of(t, y), |mode, [x, _]| energy += 0.5 * modes.omega_squared[mode] * x * x);
