@@ -86,7 +86,7 @@ def casting(guide):
     sys.path.insert(0, str(guide))
     import hollow_beam
 
-    nodes, bricks = hollow_beam.mesh(along=8, wall=1, core=2)
+    nodes, bricks = hollow_beam.beam(along=8, wall=1, core=2)
     order = 3 * len(nodes)
     stiffness, mass = np.zeros((order, order)), np.zeros((order, order))
     for corners, edges in bricks:

@@ -90,12 +90,17 @@ def write_model(folder, nodes, bricks):
     (folder / "nodes.csv").write_text("node,x,y,z\n" + "\n".join(lines) + "\n")
 
 
-def main(folder, along=24, wall=2, core=4):
+def beam(along, wall, core):
+    """The mesh with this number of bricks along the beam, through a wall and across the core."""
     inner = np.linspace(-CORE / 2, CORE / 2, core + 1)
     outer = np.linspace(CORE / 2, WIDTH / 2, wall + 1)[1:]
     section = np.concatenate([-outer[::-1], inner, outer])
     marks = [np.linspace(-LENGTH / 2, LENGTH / 2, along + 1), section, section]
-    write_model(folder, *mesh(marks, lambda _, y, z: max(abs(y), abs(z)) > CORE / 2))
+    return mesh(marks, lambda _, y, z: max(abs(y), abs(z)) > CORE / 2)
+
+
+def main(folder, along=24, wall=2, core=4):
+    write_model(folder, *beam(along, wall, core))
 
 
 if __name__ == "__main__":

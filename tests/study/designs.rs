@@ -337,7 +337,7 @@ fn constraints_that_contradict_each_other_are_an_error_and_no_hang() {
     assert!(begin.elapsed() < Duration::from_secs(60), "{:?}", begin.elapsed());
     for (constraint, words) in [
         ("a + b", "expected a comparison"),
-        ("a > c", "`c` is no factor"),
+        ("a > c", "`c` is neither a factor"),
         ("distance(left, rght) > 0", "there is no hammer `rght`; there is: left, right"),
         ("clearance(left) > 0", "there is no function `clearance`"),
     ] {

@@ -391,7 +391,7 @@ values = ['kelvin_voigt', 'hunt_crossley', 'hertz']
         let message = checked(&study).unwrap_err().to_string();
         assert!(message.contains(expected), "{message}");
     };
-    fails("restitution = 0.7\ndamping_n_s_per_m = 3", "`chisel.casting_contact.restitution`: stands beside");
+    fails("restitution = 0.7\ndamping_n_s_per_m = 3", "`chisel.casting_contact.restitution`: cannot be combined");
     fails("restitution = 0.0", "above 0 and not above 1");
     fails("restitution = 1.5", "above 0 and not above 1");
     fails("exponent = 0.9", "exponent");

@@ -180,15 +180,15 @@ impl Shape {
 
 /// The first shape of the value's own kind gives the message.
 fn either(shapes: &[Shape], value: &Value) -> Result<(), String> {
-    let mut first = None;
+    let (mut first, mut own) = (None, None);
     for shape in shapes {
         match shape.accepts(value) {
             Ok(()) => return Ok(()),
-            Err(error) if !error.starts_with("is a") => first = Some(error),
+            Err(error) if !error.starts_with("is a") => own = own.or(Some(error)),
             Err(error) => first = first.or(Some(error)),
         }
     }
-    Err(first.unwrap_or_else(|| format!("is {}", type_words(value))))
+    Err(own.or(first).unwrap_or_else(|| format!("is {}", type_words(value))))
 }
 
 /// The kind of a value, and the value itself if it is short.
