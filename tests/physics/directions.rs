@@ -152,3 +152,22 @@ fn gravity_counts_along_the_strike() {
     assert_relative("half of it", down - slanted, 0.5 * (down - level), 0.03);
     assert!(up < level, "{up} and {level}");
 }
+
+/// A slanted strike pushes a casting off its pad, unless something holds it sideways.
+#[test]
+fn a_casting_that_slides_away_is_invalid() {
+    let path = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("studies/paper_rig.toml");
+    let run = |more: &[&str]| {
+        let centre = ["hammer.hammer.strike_point_m=[0.0,0.0]", "hammer.hammer.strike_height_m=0.0"];
+        let settings = ["duration_s=0.1", "geometry=\"as_given\"", "hammer.hammer.strike_axis=[0.3,0.0,-1.0]"];
+        let fixture = ["casting.part.fixture.table.one_sided=true", "casting.part.fixture.table.friction=0.1"];
+        let settings = [&settings[..], &centre, &fixture, more].concat();
+        let engine = Engine::load(&path, &settings.iter().map(|one| (*one).to_owned()).collect::<Vec<_>>()).unwrap();
+        let scene = engine.scene(0).unwrap().scene;
+        run_row(&scene, &engine.modes(&scene).unwrap())
+    };
+    let slid = run(&[]);
+    assert!(slid.status == RowStatus::Invalid && slid.reason.contains("slid by"), "{:?}: {}", slid.status, slid.reason);
+    let held = run(&["casting.part.fixture.table.lateral_stiffness_n_per_m=[1e6,1e6]"]);
+    assert_eq!(held.status, RowStatus::Done, "{}", held.reason);
+}

@@ -246,6 +246,9 @@ pub struct RunMetrics {
     /// Longest time in s for which each casting was off all its fixtures. Decides whether the row is valid; no output.
     #[serde(skip)]
     pub flights_s: Vec<f64>,
+    /// Distance in m by which each casting has slid on its pads at the end of the run. Decides whether the row is valid; no output.
+    #[serde(skip)]
+    pub slides_m: Vec<f64>,
     /// Every blow whose window lies within the simulation, by time of start, then hammer.
     pub blows: Vec<Blow>,
     /// Of the run as a whole.

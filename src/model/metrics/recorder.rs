@@ -85,11 +85,25 @@ impl Recorder {
             pads,
             fixtures: self.fixtures.map_or_else(Vec::new, FixtureTracks::finish),
             flights_s,
+            slides_m: slides_m(system, end),
             blows,
             totals,
             ..RunMetrics::default()
         }
     }
+}
+
+/// Distance in m by which each casting has slid across the axis of the pad on which it has slid farthest.
+fn slides_m(system: &Coupled, Instant { t, y }: Instant<'_>) -> Vec<f64> {
+    let elements = system.model().elements();
+    let mut slides = vec![0.0; system.model().layout().castings];
+    for sliding in elements.frictions() {
+        let Owner::Fixture(fixture) = elements.contacts()[sliding.contact].owner else { continue };
+        let [first, second] = sliding.springs.map(|spring| system.relative_motion(spring, t, y).0);
+        let slide: &mut f64 = &mut slides[fixture.casting];
+        *slide = slide.max(libm::hypot(first, second));
+    }
+    slides
 }
 
 /// Error of the run's delivered work, by the hammer with most periodic blows, which are the finest clock; `None` if a hammer's

@@ -23,6 +23,8 @@ pub const RESIDUAL_LIMIT: f64 = 1e-3;
 
 /// Longest time in s for which a casting may be off all its fixtures. In free flight it rises by 5 cm in it, and comes down elsewhere.
 pub const LONGEST_FLIGHT_S: f64 = 0.2;
+/// Distance in m that a casting may have slid on its pads at the end of a run: farther than a pad is wide.
+const LONGEST_SLIDE_M: f64 = 0.05;
 
 /// Simulates a scene on the modes of its structure.
 ///
@@ -114,9 +116,18 @@ pub(super) fn outcome(scene: &Scene, system: &Coupled, recorder: Recorder, end: 
 /// Status of a run in which a casting left its fixtures.
 fn thrown(metrics: &RunMetrics, scene: &Scene) -> Option<(RowStatus, String)> {
     let mut flights = scene.castings.iter().zip(&metrics.flights_s);
-    let (casting, flight_s) = flights.find(|(_, flight_s)| **flight_s > LONGEST_FLIGHT_S)?;
+    if let Some((casting, flight_s)) = flights.find(|(_, flight_s)| **flight_s > LONGEST_FLIGHT_S) {
+        let reason = format!(
+            "casting `{}` was thrown off its fixtures for {flight_s:.2} s: press it down with a clamp (`clamp_force_n`), or strike less hard",
+            casting.name
+        );
+        return Some((RowStatus::Invalid, reason));
+    }
+    let mut slides = scene.castings.iter().zip(&metrics.slides_m);
+    let (casting, slide_m) = slides.find(|(_, slide_m)| **slide_m > LONGEST_SLIDE_M)?;
     let reason = format!(
-        "casting `{}` was thrown off its fixtures for {flight_s:.2} s: press it down with a clamp (`clamp_force_n`), or strike less hard",
+        "casting `{}` slid by {slide_m:.2} m on its pads: press it down with a clamp (`clamp_force_n`), hold it sideways \
+         (`lateral_stiffness_n_per_m`), or strike less hard",
         casting.name
     );
     Some((RowStatus::Invalid, reason))
