@@ -34,7 +34,7 @@
 //! parts, or from the journal before the first part. Lost wall times become nulls.
 //!
 //! A reader trusts no manifest. [`DatasetReader`] compares the manifests with their checksums and with each other, and every part with
-//! its length and checksum before it uses a row. It parses the same bytes that it checked. It refuses damaged, missing and duplicate
+//! its length and checksum before it uses a row. It reads each file once and parses the bytes that it has checked. It refuses damaged, missing and duplicate
 //! parts, and foreign files in the folders of the tables. [`DatasetError::Replaced`] marks a part that was replaced since the manifest
 //! was read. [`verify`] reads everything. [`grow`] continues with a study that only got more rows, [`DatasetWriter::again`] re-runs
 //! chosen rows. A dataset has one writer at a time. Shards are datasets of a range of rows; [`merge`] combines them.

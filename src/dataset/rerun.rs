@@ -1,7 +1,7 @@
 //! Re-runs of rows with other budgets: their selection, and the treatment of the old rows.
 //!
-//! Budgets (steps, wall time, retries) decide when a row stops early. A row that reached no budget gives the same result under any, so
-//! its place in a dataset does not depend on them. The journal first gets each re-run row, then a copy of the other rows of
+//! Budgets (steps, wall time, retries) decide when a row stops early. A row that reached no budget gives the same result under other
+//! budgets, so it stays in the dataset. The journal first gets each re-run row, then a copy of the other rows of
 //! its block. The block's part stays until all chosen rows of the block have ended. In a full block, the journal is always newer than the
 //! part.
 

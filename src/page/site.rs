@@ -97,12 +97,12 @@ pub(super) struct DrawnCasting<'a> {
     extent_m: Option<Extent>,
     /// Measuring point, if one is chosen.
     measured_m: Option<[f64; 3]>,
-    /// Where the fixtures hold, in the order of the plan.
+    /// Fixtures, in the order of the plan.
     held: Vec<DrawnFixture<'a>>,
     cores: Vec<Named<[f64; 3]>>,
 }
 
-/// Where a fixture holds a casting.
+/// A fixture as the page draws it: its point on the machine, and its place on the casting.
 #[derive(Debug, Serialize)]
 struct DrawnFixture<'a> {
     point: &'a str,

@@ -1,7 +1,7 @@
 """Writes the finite element model of a cylinder head: stiffness.mtx, mass.mtx, nodes.csv, with the origin at the centre of mass.
 
 A block of aluminium with the cavities of two cores: a water jacket above the deck, around the spark plugs of four cylinders, and eight ports,
-which open at both sides. x points across, y along, z up. The bricks are those of hollow_beam.py, which this script needs beside it.
+which open at both sides. x points across, y along, z up. The script imports the bricks from hollow_beam.py, which must be in the same folder.
 Needs numpy.
 
     python cylinder_head.py FOLDER [FINER]

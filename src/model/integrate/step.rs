@@ -327,7 +327,8 @@ impl<'a> Step<'a> {
 mod tests {
     use super::*;
 
-    /// Integrals by places are those of the method: of `t^4` exact to order 5 with stages, to degree 5 with the cubic.
+    /// Sums over the places of a step are exact integrals: with stages up to `t^4` over a whole step and `t^3` over a part of it, with the
+    /// cubic up to `t^5`.
     #[test]
     fn analytic_integrals_by_places() {
         let (t0, h) = (0.3_f64, 0.7);

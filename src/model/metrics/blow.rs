@@ -6,7 +6,7 @@ use serde::Serialize;
 use decore_quantity::{named, quantities};
 
 quantities! {
-    /// What one blow left in an elastic casting.
+    /// Energy that one blow left in an elastic casting.
     #[derive(Debug, Clone, Default, PartialEq, Serialize, JsonSchema)]
     pub struct BlowStrain {
         /// Strain energy of an elastic casting at the end of the blow's window, beyond rest.

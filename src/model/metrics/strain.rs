@@ -51,7 +51,7 @@ impl StrainGauge {
     }
 }
 
-/// What is remembered of the strain of one elastic casting.
+/// Follows the strain energy of one elastic casting through a run.
 pub(super) struct StrainTrack {
     casting: usize,
     gauge: StrainGauge,

@@ -347,8 +347,8 @@ impl Scene {
         self.castings[casting].measuring_axis.map(unit).or(strikes).unwrap_or(DOWN)
     }
 
-    /// Freedoms that a rigid casting needs, shifts along x, y, z and rotations about them: those of its strikes, its fixtures, its measuring
-    /// point and its cores.
+    /// Freedoms that a rigid casting needs: shifts along x, y, z, then rotations about them. A freedom is needed if it moves a strike
+    /// point, a fixture, the measuring point or a core point in its direction.
     pub fn freedoms(&self, index: usize) -> [bool; FREEDOMS] {
         let casting = &self.castings[index];
         let struck = self.hammers.iter().filter(|unit| unit.casting == index);

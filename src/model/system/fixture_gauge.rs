@@ -1,4 +1,4 @@
-//! Powers of single fixtures at a state: what their dampers lose, and what they do on the machine.
+//! Powers of single fixtures at a state: loss in their dampers and by friction, and work on the machine.
 
 use crate::scene::{FixtureId, Owner};
 use crate::system::coupled::Coupled;

@@ -208,7 +208,7 @@ impl HammerResolver<'_> {
             return None;
         };
         let centre = self.castings.get(casting).map_or([0.0; 3], Casting::centre_place_m);
-        // Where its axis passes the centre of mass.
+        // By default the hammer strikes the point of its axis that is nearest to the centre of mass.
         let mount = [0, 1, 2].map(|axis| placed.position[axis] - centre[axis]);
         let [x, y, z] = perpendicular(mount, entry.strike_axis.unwrap_or(DOWN));
         let supply = entry.supply_bar.map_or_else(Supply::default, |supply_bar| Supply { supply_bar });
