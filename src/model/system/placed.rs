@@ -150,11 +150,12 @@ impl PlacedModes {
         self
     }
 
-    /// The modes of an elastic part: the machine's own, or a casting's.
+    /// The modes of a part: the machine's own, or those of an elastic casting; `None` for a rigid part.
     pub(super) fn of(&self, part: PartId) -> Option<&Self> {
         match part {
             PartId::Casting(casting) => self.castings.get(&casting),
-            PartId::Machine | PartId::Hammer(_) => Some(self),
+            PartId::Machine => Some(self),
+            PartId::Hammer(_) => None,
         }
     }
 

@@ -185,8 +185,7 @@ fn parts(
                 begin..next[of]
             });
         let is_machine = id == PartId::Machine;
-        let of_part = placed.of(id).filter(|_| !is_rigid(&block));
-        let watched = of_part.map(|modes| Arc::clone(&modes.excited().watched));
+        let watched = placed.of(id).map(|modes| Arc::clone(&modes.excited().watched));
         let tied = if is_machine { tied.take() } else { None };
         CoupledPart { id, block, columns, states: [displacements, velocities], tied, watched }
     };
@@ -252,7 +251,7 @@ fn check(scene: &Scene, placed: &PlacedModes, part: PartId) -> Result<(), BuildE
     let modes: &InterfaceModes = match (placed.of(part), part) {
         (Some(modes), _) => modes,
         (None, PartId::Casting(casting)) => return Err(BuildError::Modes { casting }),
-        (None, PartId::Machine | PartId::Hammer(_)) => placed,
+        (None, PartId::Machine | PartId::Hammer(_)) => return Ok(()),
     };
     let points = scene.points().into_values().filter(|point| point.part == part);
     let expected: BTreeSet<PointId> = points.map(|point| point.id).collect();
