@@ -233,10 +233,10 @@ impl RowScope<'_> {
         hammer.mount.position_m(|point| self.points.position(point)).unwrap_or_default()
     }
 
-    /// Distance of the strike point from the casting's nearest edge in m, negative outside.
+    /// How far within the casting's extent the hammer's axis passes, seen from above, in m; negative outside.
     fn margin(&self, hammer: &HammerUnit) -> Result<f64, String> {
         let casting = self.scene()?.castings.get(hammer.casting);
-        let margin = casting.and_then(|casting| casting.margin_m(hammer.strike_point_m));
+        let margin = casting.and_then(|casting| casting.margin_m(hammer.strike_point_m, hammer.axis()));
         margin.ok_or_else(|| format!("the casting of hammer `{}` has no `size_m`", hammer.name))
     }
 }

@@ -248,7 +248,7 @@ fn castings_must_be_held() {
         .replace("mass_kg = 3.0", "mass_kg = 3.0\ninertia_kg_m2 = [0.01, 0.02]");
     let found = faults(&text);
     assert_eq!(found.len(), 1);
-    holds(&found[0], 11, 15, "casting.part.fixture", "could spin freely");
+    holds(&found[0], 11, 15, "casting.part.fixture", "is free to move");
 }
 
 #[test]

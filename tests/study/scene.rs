@@ -436,7 +436,7 @@ values = ['hammers/default.toml']
     assert_eq!(InterfaceDemand::of(&study).mounts, ["R4", "R5", "R6"]);
     // Off the only fixture the casting would spin.
     let error = checked(&study).unwrap_err().to_string();
-    assert!(error.contains("could spin freely"), "{error}");
+    assert!(error.contains("is free to move"), "{error}");
     let study = rows(&parse(&format!("{}[casting.part.fixture.other]\npoint = 'T4'\n", study.text())));
     let mounts: Vec<String> = (0..6).map(|row| study.row_values(row)[1].to_string()).collect();
     for name in ["R4", "R5", "R6"] {
@@ -457,6 +457,27 @@ fn a_hammer_beside_its_casting_is_an_invalid_row() {
         "`hammer.left.strike_point_m`: hammer `left` would miss casting `part`: it strikes at (0.0000, 0.2000) m from the \
          centre, the casting measures 0.2 m by 0.3 m"
     );
+}
+
+/// From above: a hammer along x passes the casting at y = 0.2 m, one along x and -y crosses its corner.
+#[test]
+fn an_inclined_hammer_beside_its_casting_is_an_invalid_row() {
+    let text = SMALL
+        .replace("mount = 'R5'", "mount = 'R7'\nstrike_axis = AXIS")
+        .replace("mass_kg", "size_m = [0.2, 0.3]\ninertia_kg_m2 = [0.1, 0.1]\ninertia_z_kg_m2 = 0.1\nmass_kg");
+    let held = "lateral_stiffness_n_per_m = [1e7, 1e7]\n";
+    let text = ["T1", "T3", "T7", "T9"].iter().enumerate().fold(format!("{text}{held}"), |text, (index, point)| {
+        format!("{text}[casting.part.fixture.g{index}]\npoint = '{point}'\n{held}")
+    });
+    let struck = |axis: &str| rows(&parse(&text.replace("AXIS", axis))).scene(0).map_err(|error| error.reason);
+    let reason = struck("[1.0, 0.0, -0.5]").unwrap_err();
+    let expected = "`hammer.left.strike_point_m`: hammer `left` would miss casting `part`: its axis passes (";
+    assert!(reason.starts_with(expected), "{reason}");
+    let end = "0.2000) m from the centre, along (0.8944, 0.0000, -0.4472), the casting measures 0.2 m by 0.3 m";
+    assert!(reason.ends_with(end), "{reason}");
+    for axis in ["[1.0, -1.0, 0.0]", "[0.0, -1.0, -0.5]"] {
+        struck(axis).unwrap_or_else(|reason| panic!("{reason}"));
+    }
 }
 
 #[test]

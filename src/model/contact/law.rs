@@ -115,8 +115,8 @@ impl<R: Number> ContactLaw<R> {
         }
     }
 
-    /// Force in N with which a contact begins that the bodies close at `rate`, m/s: the damper's, before anything is compressed.
-    /// 0 for laws that are continuous at onset, and for a contact that begins while the bodies separate.
+    /// Force in N at the first moment of a contact, when the bodies approach at `rate`, m/s: the damper's, before anything is compressed.
+    /// It is 0 for laws that are continuous at onset, and for a contact that begins while the bodies separate.
     #[inline(always)]
     pub fn jump(&self, rate: R) -> R {
         match *self {

@@ -78,7 +78,7 @@ impl PistonConstants<f64> {
     }
 }
 
-/// Position in the cylinder in m of positions, its rate in m/s of velocities.
+/// Position of the piston in the cylinder: in m if `of` holds positions, its rate in m/s if `of` holds velocities.
 #[inline(always)]
 fn in_cylinder<R: Number>(of: &[R; body::COUNT]) -> R {
     of[body::PISTON] - of[body::CYLINDER]

@@ -3,7 +3,7 @@
 use crate::integrate::tsit5::{self, STAGES};
 use decore_math::number::Number;
 
-/// Interpolation of a step from rates, of which the first belongs to its start.
+/// Interpolation of a step from rates. The first rate is the one at the start of the step.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Dense {
     /// The stages of the method of order 5.

@@ -201,20 +201,27 @@ fn check_kind(checks: &mut Checks, prefix: &str, (casting, fixture): (&Casting, 
     checks.rule(!clamps || casting.lies(), path("clamp_force_n"), message);
 }
 
-/// Whether the strike point of a vertical hammer lies outside the casting's extent. The extent along z is not known.
+/// Whether a hammer's axis passes outside the casting's extent, seen from above. The extent along z is not known.
 fn misses(hammer: &HammerUnit, casting: &Casting) -> bool {
-    let vertical = hammer.axis()[..2] == [0.0; 2];
-    vertical && casting.margin_m(hammer.strike_point_m).is_some_and(|margin| margin < -OFFSET_TOLERANCE_M)
+    let margin = casting.margin_m(hammer.strike_point_m, hammer.axis());
+    margin.is_some_and(|margin| margin < -OFFSET_TOLERANCE_M)
 }
 
 fn check_strike(checks: &mut Checks, prefix: &str, hammer: &HammerUnit, casting: &Casting) {
     if let Some([width, depth]) = casting.size_m
         && misses(hammer, casting)
     {
-        let [x, y] = hammer.strike_point_m;
+        let ([x, y], axis) = (hammer.strike_point_m, hammer.axis());
+        let strikes = if axis[..2] == [0.0; 2] {
+            format!("it strikes at ({x:.4}, {y:.4}) m from the centre")
+        } else {
+            let [along_x, along_y, along_z] = axis;
+            format!(
+                "its axis passes ({x:.4}, {y:.4}) m from the centre, along ({along_x:.4}, {along_y:.4}, {along_z:.4})"
+            )
+        };
         let message = format!(
-            "hammer `{}` would miss casting `{}`: it strikes at ({x:.4}, {y:.4}) m from the centre, the casting measures \
-             {width} m by {depth} m",
+            "hammer `{}` would miss casting `{}`: {strikes}, the casting measures {width} m by {depth} m",
             hammer.name, casting.name
         );
         checks.push(SceneProblemKind::Miss, format!("{prefix}.strike_point_m"), message);

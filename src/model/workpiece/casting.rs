@@ -186,10 +186,18 @@ impl Casting {
         self.fixtures.iter().any(|fixture| fixture.one_sided)
     }
 
-    /// Distance in m of a point (x, y from the centre) from the nearest edge, negative outside; `None` without an extent.
-    pub fn margin_m(&self, point_m: [f64; 2]) -> Option<f64> {
+    /// How far within the casting's extent a line passes, in m: seen from above, the largest distance from the nearest edge, negative if the
+    /// line misses the casting; `None` without an extent. The line passes `point_m` (x, y from the centre) along `axis`. If it is vertical,
+    /// this is the distance of the point.
+    ///
+    /// Along the line, at `point_m + t axis`, the distance from an edge is linear in t, so the smallest of the four is largest at a crossing
+    /// of two of them.
+    pub fn margin_m(&self, point_m: [f64; 2], axis: [f64; 3]) -> Option<f64> {
         let size = self.size_m?;
-        let margin = |axis: usize| 0.5 * size[axis] - point_m[axis].abs();
-        Some(margin(0).min(margin(1)))
+        let edges = [(0, 1.0), (0, -1.0), (1, 1.0), (1, -1.0)];
+        let lines = edges.map(|(x, side)| (0.5 * size[x] - side * point_m[x], -side * axis[x]));
+        let margin = |t: f64| lines.iter().map(|(at, slope)| at + slope * t).fold(f64::INFINITY, f64::min);
+        let crossings = lines.iter().flat_map(|(a, b)| lines.iter().map(move |(c, d)| (c - a) / (b - d)));
+        Some(crossings.filter(|t| t.is_finite()).map(margin).fold(margin(0.0), f64::max))
     }
 }

@@ -18,8 +18,9 @@ pub enum WorkpieceError {
     },
     /// The fixtures leave a motion free.
     #[error(
-        "casting `{casting}` could spin freely: its fixtures do not hold its {motion}; \
-         add fixtures with an offset from its centre"
+        "casting `{casting}` is free to move: its fixtures do not hold its {motion}; add {}",
+        if motion.starts_with("rotation") { "fixtures with an offset from its centre" }
+        else { "a fixture with `lateral_stiffness_n_per_m`, or one with its `axis` in this direction" }
     )]
     Unrestrained {
         /// Name of the casting.

@@ -9,7 +9,7 @@ use crate::structure::import::entry::Named;
 /// Values of consecutive rows of a column: the first row (from 0) and where the values are.
 type Strings = Vec<(usize, Vec<f64>)>;
 
-/// Columns that are not empty with their strings.
+/// All columns that hold a value, each with its strings.
 fn columns(matrix: &CsMat<f64>) -> impl Iterator<Item = (usize, Strings)> + '_ {
     matrix.outer_iterator().enumerate().filter_map(|(column, view)| {
         let mut strings: Strings = Vec::new();
