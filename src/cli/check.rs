@@ -5,7 +5,7 @@ use std::path::PathBuf;
 use clap::Args;
 
 use super::check_invalid::Invalid;
-use super::check_links::link_lines;
+use super::check_links::{link_lines, mode_lines};
 use super::check_result::{Check, Confused, Needed, Probe, Probed, StudyOutline, UnbuiltRow, first_scene, probe};
 use super::exit::{Exit, Failure, write_file};
 use super::json::{print_json, wants_words};
@@ -200,6 +200,7 @@ fn probe_text(probe: &Probe) -> String {
         )
     }));
     lines.push(format!("states         {}", probe.states));
+    lines.extend(mode_lines(&probe.elastic_castings));
     lines.extend(link_lines(&probe.elastic_links));
     lines.extend(twins_line(probe));
     lines.push(precision_line(probe));

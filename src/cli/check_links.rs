@@ -1,10 +1,47 @@
-//! The links of elastic castings, as `decore check` prints them: how much the casting yields under each of them.
+//! Elastic castings, as `decore check` prints them: their modes, and how much they yield under each of their links.
+
+use std::f64::consts::TAU;
 
 use schemars::JsonSchema;
 use serde::Serialize;
 
 use decore_model::scene::{HammerLink, Owner, Scene};
-use decore_model::system::{LinkFlexibility, PlacedModes, build_placed};
+use decore_model::system::{InterfaceModes, LinkFlexibility, PlacedModes, build_placed};
+
+/// Number of frequencies that the text shows.
+const SHOWN: usize = 6;
+
+/// The elastic modes of a casting that a row keeps.
+#[derive(Debug, Serialize, JsonSchema)]
+pub(super) struct ElasticCasting {
+    /// Name of the casting.
+    pub casting: String,
+    /// Natural frequencies of its elastic modes below the cut-off, in Hz.
+    pub frequencies_hz: Vec<f64>,
+}
+
+/// Returns the elastic castings of a scene with their modes.
+pub(super) fn elastic_castings(scene: &Scene, modes: &PlacedModes) -> Vec<ElasticCasting> {
+    let casting = |(index, modes): (usize, &InterfaceModes)| ElasticCasting {
+        casting: scene.castings[index].name.clone(),
+        frequencies_hz: modes.omega_rad_s.iter().filter(|omega| **omega > 0.0).map(|omega| omega / TAU).collect(),
+    };
+    modes.castings().map(casting).collect()
+}
+
+/// One line per elastic casting.
+pub(super) fn mode_lines(castings: &[ElasticCasting]) -> impl Iterator<Item = String> {
+    castings.iter().enumerate().map(|(place, ElasticCasting { casting, frequencies_hz })| {
+        let head = if place == 0 { "elastic modes" } else { "" };
+        let shown: Vec<String> = frequencies_hz.iter().take(SHOWN).map(|frequency| format!("{frequency:.1}")).collect();
+        let from = match frequencies_hz.len() {
+            0 => String::new(),
+            count if count > SHOWN => format!(": {}, ... Hz", shown.join(", ")),
+            _ => format!(": {} Hz", shown.join(", ")),
+        };
+        format!("{head:<14} {casting}  {} below the cut-off{from}", frequencies_hz.len())
+    })
+}
 
 /// A link in series with the residual flexibility R of an elastic casting: the flexibility of all modes above its cut-off.
 #[derive(Debug, Serialize, JsonSchema)]

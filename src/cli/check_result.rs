@@ -4,7 +4,7 @@ use schemars::JsonSchema;
 use serde::Serialize;
 
 use super::check_invalid::Invalid;
-use super::check_links::{ElasticLink, elastic_links};
+use super::check_links::{ElasticCasting, ElasticLink, elastic_castings, elastic_links};
 use super::exit::Failure;
 use decore_dataset::{Columns, TableName};
 use decore_model::metrics::{HammerMetrics, duration_for};
@@ -135,6 +135,8 @@ pub(super) struct Probe {
     pub selection: Option<Selected>,
     /// States of the coupled system.
     pub states: usize,
+    /// Elastic castings; empty without one.
+    pub elastic_castings: Vec<ElasticCasting>,
     /// Links of elastic castings; empty without one.
     pub elastic_links: Vec<ElasticLink>,
     /// Twins of each row.
@@ -347,6 +349,7 @@ pub(super) fn probe(
             bound: selection.bound,
         }),
         states: outcome.states,
+        elastic_castings: elastic_castings(&scene, &modes),
         elastic_links: elastic_links(&scene, &modes),
         twins: twins as u64,
         amplifies,

@@ -150,6 +150,11 @@ impl PlacedModes {
         self
     }
 
+    /// The modes of the elastic castings, by the castings' indices.
+    pub fn castings(&self) -> impl Iterator<Item = (usize, &InterfaceModes)> {
+        self.castings.iter().map(|(casting, modes)| (*casting, &modes.interface))
+    }
+
     /// The modes of a part: the machine's own, or those of an elastic casting; `None` for a rigid part.
     pub(super) fn of(&self, part: PartId) -> Option<&Self> {
         match part {
