@@ -217,7 +217,7 @@ fn check_strike(checks: &mut Checks, prefix: &str, hammer: &HammerUnit, casting:
              {width} m by {depth} m",
             hammer.name, casting.name
         );
-        checks.push(SceneProblemKind::Miss, format!("{prefix}.strike_point_m"), message);
+        checks.push(SceneProblemKind::Miss, format!("{prefix}.{}", hammer.strike_key()), message);
     }
 }
 
