@@ -5,6 +5,8 @@ use std::collections::HashSet;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
+use crate::parameter::short;
+
 /// Weights whose sum is 1 up to this error stay as they are: the weights of another point give the same bits.
 const SUM_ERROR: f64 = 1e-12;
 
@@ -62,17 +64,21 @@ impl WeightedNodes {
         if weights.len() != nodes.len() {
             return Err(format!("has {} nodes but {} weights: give one weight per node", nodes.len(), weights.len()));
         }
-        let sum: f64 = weights.iter().sum();
-        let share = |weight: f64| if (sum - 1.0).abs() <= SUM_ERROR { weight } else { weight / sum };
-        let shares: Vec<(i64, f64)> =
-            nodes.iter().zip(&weights).map(|(node, weight)| (*node, share(*weight))).collect();
         let is_weight = |weight: f64| weight.is_finite() && weight > 0.0;
-        let mut given = shares.iter().zip(&weights);
-        match given.find(|((_, share), weight)| !(is_weight(**weight) && is_weight(*share))) {
-            Some(((node, _), weight)) => Err(format!(
-                "has the weight {weight} of node {node}: expected a positive number, not far below the others"
-            )),
-            None => Ok(Self(shares)),
+        let fault = |at: usize| {
+            let (weight, node) = (short(weights[at]), nodes[at]);
+            format!("has the weight {weight} of node {node}: expected a positive number, not too far from the others")
+        };
+        if let Some(at) = weights.iter().position(|weight| !is_weight(*weight)) {
+            return Err(fault(at));
+        }
+        let sum: f64 = weights.iter().sum();
+        let share = |weight: &f64| if (sum - 1.0).abs() <= SUM_ERROR { *weight } else { weight / sum };
+        let shares: Vec<f64> = weights.iter().map(share).collect();
+        // The sum of huge weights is not finite, and beside them a small share is 0.
+        match shares.iter().position(|share| !is_weight(*share)) {
+            Some(at) => Err(fault(at)),
+            None => Ok(Self(nodes.iter().copied().zip(shares).collect())),
         }
     }
 
@@ -122,7 +128,7 @@ mod tests {
             fails(&[1, 2], Some(&[1.0, bad]), "of node 2: expected a positive number");
         }
         // Their sum overflows; a share is lost.
-        fails(&[1, 2], Some(&[1e308, 1e308]), "of node 1");
+        fails(&[1, 2], Some(&[1e308, 1e308]), "the weight 1e308 of node 1");
         fails(&[1, 2], Some(&[1e300, 1e-300]), "of node 2");
     }
 }
