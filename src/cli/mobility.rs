@@ -46,13 +46,13 @@ pub(super) fn compare_with_measured(
 
 /// The point that stands on each node, by label or by its rows.
 fn points_of_nodes(model: &FeModel) -> BTreeMap<String, String> {
-    let node = |place: PointPlace| match place {
-        PointPlace::Node { node, .. } => Some(node),
-        PointPlace::Rows { first, .. } => model.labels().get(first).map(|label| label.node),
-        PointPlace::None => None,
+    let node = |place: &PointPlace| match place {
+        PointPlace::Node { node, .. } => Some(*node),
+        PointPlace::Rows { first, .. } => model.labels().get(*first).map(|label| label.node),
+        PointPlace::Nodes(_) | PointPlace::None => None,
     };
     let named =
-        |point: &decore_model::structure::InterfacePoint| Some((node(point.place)?.to_string(), point.name.clone()));
+        |point: &decore_model::structure::InterfacePoint| Some((node(&point.place)?.to_string(), point.name.clone()));
     model.points().iter().filter_map(named).collect()
 }
 

@@ -9,6 +9,7 @@ use super::growth::{budget_free_hash, frame_hash};
 use super::loaded::Study;
 use super::plan::factor::{FactorInfo, FactorSource};
 use super::resolve::issue::Issue;
+use super::resolve::nodes::single_nodes;
 use super::resolve::placement::PointTable;
 use decore_model::parameter::Fault;
 use decore_model::scene::{Method, Scene};
@@ -274,6 +275,7 @@ impl Findings {
                 let typed = |path: &str| path::split(path).is_ok_and(|at| !looked.is_between(study, &at));
                 let remarks = scene.remarks().into_iter().filter(|remark| typed(&remark.path));
                 self.warnings.extend(remarks.map(|Fault { path, message }| study.problem(Issue::new(path, message))));
+                self.warnings.extend(single_nodes(&scene, points).into_iter().map(|issue| study.problem(issue)));
             }
             Err(issues) => {
                 let issues = issues.into_iter().filter(|issue| !issue.row_only);

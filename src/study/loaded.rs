@@ -24,6 +24,7 @@ use super::schema::study_schema;
 use decore_files::Limit;
 use decore_model::metrics::CastingNames;
 use decore_model::scene::{NumericalTwin, OutputSettings, Scene, StructureEntry};
+use decore_model::workpiece::CastingEntry;
 use decore_quantity::Value;
 use decore_statistics::design::Kind;
 
@@ -217,6 +218,17 @@ impl Study {
     /// Names and models of the elastic castings, by the castings' indices.
     pub fn elastic_castings(&self) -> &BTreeMap<usize, (String, CastingModel)> {
         &self.elastic_castings
+    }
+
+    /// Whether points of castings are nodes: by tables, factors or overrides.
+    pub fn names_nodes(&self) -> bool {
+        let struck = self.file.hammer.values().any(|hammer| hammer.strike_nodes.is_some());
+        let of_casting = |casting: &CastingEntry| {
+            casting.measuring_nodes.is_some()
+                || casting.fixture.values().any(|fixture| fixture.at_nodes.is_some())
+                || casting.core.values().any(|core| core.at_nodes.is_some())
+        };
+        struck || self.file.casting.values().any(of_casting)
     }
 
     /// The text of the study file.

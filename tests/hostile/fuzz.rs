@@ -13,13 +13,15 @@ use std::time::Duration;
 use cpu_time::ThreadTime;
 use decore_dataset::{Columns, DatasetReader, SweepStatus, TableName};
 use decore_model::structure::{
-    FeModel, InterfacePoints, MatrixFile, MatrixFormat, ModalTable, ModelFiles, Units, read_measured,
+    BodyNodes, FeModel, InterfacePoints, MatrixFile, MatrixFormat, ModalTable, ModelFiles, Units, read_measured,
 };
 use decore_study::{CheckedStudy, PointTable, Study, load_structure};
 use proptest::prelude::*;
 use proptest::strategy::ValueTree;
 use proptest::test_runner::{Config, RngAlgorithm, TestRng, TestRunner};
 use tempfile::TempDir;
+
+use crate::solid::block;
 
 /// Inputs per reader, unless asked for more.
 const INPUTS: u64 = 150;
@@ -184,9 +186,10 @@ fn study(folder: &Path, text: &str, points: &PointTable) -> bool {
 
 fn studies() -> Target {
     let names = ["paper_rig", "placement", "pressure_grid", "three_hammers"].map(|name| format!("studies/{name}.toml"));
-    let further = ["tests/data/fuzz/design.toml", "tests/data/fuzz/kinds.toml", "src/assets/study_template.toml"];
+    let further = ["design.toml", "kinds.toml", "nodes.toml"].map(|name| format!("tests/data/fuzz/{name}"));
+    let further = further.iter().map(String::as_str).chain(["src/assets/study_template.toml"]);
     let names: Vec<&str> = names.iter().map(String::as_str).chain(further).collect();
-    let points = station_points();
+    let points = station_points().with_nodes("part", BodyNodes::new(&block(70e9)).expect("valid"));
     let read = move |folder: &Path, bytes: &[u8]| match std::str::from_utf8(bytes) {
         Ok(text) => study(folder, text, &points),
         Err(_) => Study::load(&file(folder, "study.toml", bytes)).is_ok(),
@@ -352,7 +355,11 @@ fn targets(folder: &Path) -> Vec<Target> {
         Target { name: "structure", seeds: vec![machine.to_vec()], read: Box::new(structure) },
         Target {
             name: "points",
-            seeds: seeds(&["tests/data/fuzz/points.csv", "src/assets/station/interface_points.csv"]),
+            seeds: seeds(&[
+                "tests/data/fuzz/points.csv",
+                "tests/data/fuzz/point_nodes.csv",
+                "src/assets/station/interface_points.csv",
+            ]),
             read: Box::new(points),
         },
         Target {

@@ -4,4 +4,6 @@ mod bounds;
 mod fuzz;
 mod hosts;
 mod links;
+#[path = "../common/solid.rs"]
+mod solid;
 mod terminal;

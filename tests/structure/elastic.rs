@@ -5,7 +5,8 @@ use std::f64::consts::TAU;
 use decore_math::linalg::symmetric_eigen;
 use decore_model::direction::DOWN;
 use decore_model::structure::{
-    BodyPoint, Damping, DirectedPoint, ElasticBody, ElasticSettings, FeModel, InterfacePoints, Side,
+    BodyNodes, BodyPoint, Damping, DirectedPoint, ElasticBody, ElasticSettings, FeModel, InterfacePoints, Side,
+    WeightedNodes,
 };
 use nalgebra::{DMatrix, DVector};
 use sprs::CsMat;
@@ -16,14 +17,14 @@ fn settings(cutoff_hz: f64) -> ElasticSettings {
     ElasticSettings { cutoff_hz, damping: Damping::Ratio(0.005), point_radius_m: 0.025 }
 }
 
-fn dense(matrix: &CsMat<f64>) -> DMatrix<f64> {
+pub fn dense(matrix: &CsMat<f64>) -> DMatrix<f64> {
     let mut out = DMatrix::zeros(matrix.rows(), matrix.cols());
     matrix.iter().for_each(|(value, (row, column))| out[(row, column)] += *value);
     out
 }
 
 /// All eigenpairs by a dense solver: mass-normalised.
-fn all_modes(model: &FeModel) -> (Vec<f64>, DMatrix<f64>) {
+pub fn all_modes(model: &FeModel) -> (Vec<f64>, DMatrix<f64>) {
     let mass = dense(model.mass());
     let factor = mass.clone().cholesky().unwrap().l();
     let half = factor.solve_lower_triangular(&dense(model.stiffness())).unwrap();
@@ -76,7 +77,7 @@ fn against_dense(points: &[DirectedPoint], rigid: usize) {
         assert!((omega / value.sqrt() - 1.0).abs() < 1e-8, "{omega} and {}", value.sqrt());
     }
     // Flexibility of the modes above, with the weights of each point from its motion under unit displacements.
-    let weights = DMatrix::from_fn(model.order(), points.len(), |row, point| body.weight(points[point], row).unwrap());
+    let weights = DMatrix::from_fn(model.order(), points.len(), |row, point| body.weight(&points[point], row).unwrap());
     let rows = weights.transpose() * &vectors;
     let above = rows.columns_range(below..).into_owned();
     let scale = DVector::from_iterator(above.ncols(), values[below..].iter().map(|value| value.recip()));
@@ -104,7 +105,8 @@ fn areas_follow_rigid_motions() {
     assert!((body.mass_kg() / mass - 1.0).abs() < 1e-12);
     let found = body.at(&POINTS, POINTS.len()).unwrap();
     // A point (x, y) moves by `z + y tx - x ty` with what the mean motions of the mass show.
-    let more = body.at(&[POINTS[0], POINTS[1], POINTS[3], (BodyPoint::Rotation(0), DOWN), POINTS[4]], 0).unwrap();
+    let [first, second, _, centre, about_y] = POINTS;
+    let more = body.at(&[first, second, centre, (BodyPoint::Rotation(0), DOWN), about_y], 0).unwrap();
     for mode in 0..3 {
         assert_eq!(found.omega_rad_s[mode], 0.0);
         let [heave, tx, ty] = [2, 3, 4].map(|row| more.rows[(row, mode)]);
@@ -212,4 +214,97 @@ fn what_a_body_cannot_do() {
         ElasticBody::new(bare, settings(10_000.0)).unwrap_err().to_string()
     };
     assert!(nowhere.contains("nodes_file"), "{nowhere}");
+}
+
+/// The nodes of a point's area with their weights.
+fn nodes_of_area(body: &ElasticBody, area: &DirectedPoint, order: usize) -> WeightedNodes {
+    // Down is against z.
+    let weight = |node: usize| -body.weight(area, 3 * node + 2).unwrap();
+    let (nodes, weights): (Vec<i64>, Vec<f64>) =
+        (0..order / 3).map(|node| (node as i64 + 1, weight(node))).filter(|(_, weight)| *weight != 0.0).unzip();
+    assert!(nodes.len() > 3 && weights.iter().all(|weight| *weight > 0.0), "{weights:?}");
+    WeightedNodes::new(&nodes, Some(&weights)).unwrap()
+}
+
+/// Nodes with the weights of an area are the area, bit by bit, and lie where it lies.
+#[test]
+fn nodes_with_the_weights_of_an_area_are_the_area() {
+    let model = block(70e9);
+    let body = ElasticBody::new(model.clone(), settings(25_000.0)).unwrap();
+    let [areas, nodes] = [false, true].map(|by_nodes| {
+        let point = |point: DirectedPoint| match point.0 {
+            BodyPoint::Surface { .. } if by_nodes => {
+                (BodyPoint::Nodes(nodes_of_area(&body, &point, model.order())), point.1)
+            }
+            _ => point,
+        };
+        body.at(&POINTS.map(point), 3).unwrap()
+    });
+    assert_eq!(areas, nodes);
+    let table = BodyNodes::new(&model).unwrap();
+    let place = table.place_m(&nodes_of_area(&body, &POINTS[0], model.order())).unwrap();
+    assert!((place[0] - 0.01).abs() < 1e-15 && (place[1] - 0.005).abs() < 1e-15, "{place:?}");
+    assert!((place[2] - 0.02).abs() < 1e-3, "{place:?}");
+}
+
+/// Static flexibility of points that are nodes against `w' P' K^+ P w` by dense algebra: held at three nodes, projected.
+#[test]
+fn nodes_have_the_flexibility_of_the_dense_solution() {
+    let model = block(70e9);
+    let order = model.order();
+    let point = |nodes: &[i64], weights: &[f64]| WeightedNodes::new(nodes, Some(weights)).unwrap();
+    let points = [point(&[3, 6, 9], &[1.0, 2.0, 3.0]), point(&[53], &[1.0]), point(&[50, 53, 106], &[0.2, 0.3, 0.5])];
+    let directions = [DOWN, [1.0, 0.0, 0.0], [0.0, 0.6, -0.8]];
+    let mut weights = DMatrix::zeros(order, 3);
+    for (column, (nodes, direction)) in points.iter().zip(directions).enumerate() {
+        for (node, weight) in nodes.iter() {
+            (0..3).for_each(|axis| weights[(3 * (node as usize - 1) + axis, column)] = weight * direction[axis]);
+        }
+    }
+    // Rigid motions by the places of the nodes; mass-normalised.
+    let (mass, stiffness) = (dense(model.mass()), dense(model.stiffness()));
+    let place: Vec<[f64; 3]> = model.points().iter().map(|point| point.position_m).collect();
+    let rigid = DMatrix::from_fn(order, 6, |row, motion| {
+        let ([x, y, z], axis) = (place[row / 3], row % 3);
+        match motion.checked_sub(3) {
+            None => f64::from(u8::from(axis == motion)),
+            Some(about) => [[0.0, -z, y], [z, 0.0, -x], [-y, x, 0.0]][about][axis],
+        }
+    });
+    let factor = (rigid.transpose() * &mass * &rigid).cholesky().unwrap().l();
+    let rigid = factor.solve_lower_triangular(&rigid.transpose()).unwrap().transpose();
+    let project = |forces: &DMatrix<f64>| forces - &mass * (&rigid * (rigid.transpose() * forces));
+    // Three nodes at corners, held in six directions that leave no rigid motion.
+    let held = [0, 1, 2, 3 * 96 + 1, 3 * 96 + 2, 3 * 9 + 2];
+    let free: Vec<usize> = (0..order).filter(|row| !held.contains(row)).collect();
+    let loads = project(&weights);
+    let solved =
+        stiffness.select_rows(&free).select_columns(&free).cholesky().unwrap().solve(&loads.select_rows(&free));
+    let mut moved = DMatrix::zeros(order, 3);
+    free.iter().enumerate().for_each(|(at, row)| moved.row_mut(*row).copy_from(&solved.row(at)));
+    let expected = loads.transpose() * moved;
+    let body = ElasticBody::new(model, settings(3000.0)).unwrap();
+    let directed: Vec<DirectedPoint> = points.into_iter().map(BodyPoint::Nodes).zip(directions).collect();
+    let found = body.at(&directed, 3).unwrap();
+    let kept = found.omega_rad_s.iter().map(|omega| if *omega > 0.0 { omega.powi(-2) } else { 0.0 });
+    let kept = DMatrix::from_diagonal(&DVector::from_iterator(found.omega_rad_s.len(), kept));
+    let total = &found.rows * kept * found.rows.transpose() + found.residual;
+    let error = (&total - &expected).amax() / expected.amax();
+    println!("static flexibility {:.3e} m/N, off by {error:.1e}", expected[(0, 0)]);
+    assert!(error < 5e-12, "{error:e}");
+}
+
+/// Unknown nodes are errors. A single node of bricks is a node of a solid mesh.
+#[test]
+fn unknown_and_single_nodes() {
+    let model = block(70e9);
+    let nodes = BodyNodes::new(&model).unwrap();
+    let one = |node: i64| WeightedNodes::new(&[node], None).unwrap();
+    let unknown = nodes.place_m(&one(999)).unwrap_err();
+    assert!(unknown.contains("node 999, which the model does not have"), "{unknown}");
+    assert_eq!(nodes.single_solid(&one(53)), Some(53));
+    assert_eq!(nodes.single_solid(&WeightedNodes::new(&[53, 54], None).unwrap()), None);
+    let body = ElasticBody::new(model, settings(3000.0)).unwrap();
+    let unknown = body.at(&[(BodyPoint::Nodes(one(999)), DOWN)], 1).unwrap_err().to_string();
+    assert!(unknown.contains("casting: expected nodes") && unknown.contains("node 999"), "{unknown}");
 }

@@ -5,6 +5,7 @@ mod elastic;
 mod foreign;
 mod hard;
 mod import;
+mod means;
 mod measured;
 mod mistaken;
 mod op4_files;

@@ -12,6 +12,7 @@ mod errors;
 mod faults;
 mod given;
 mod goal;
+mod machine_nodes;
 mod merged;
 mod pads;
 mod scene;

@@ -9,7 +9,7 @@ use super::model::{Environment, HammerUnit, Scene};
 use crate::contact::{ContactLaw, ContactParameters};
 use crate::direction::{DOWN, across, unit};
 use crate::hammer::{Gas, HammerModel, body};
-use crate::structure::{BodyPoint, Side};
+use crate::structure::{BodyPoint, Side, WeightedNodes};
 use crate::workpiece::{Casting, FREEDOMS, Fixture, Motion, WorkpieceError};
 
 /// Id of a part of a scene.
@@ -426,9 +426,10 @@ impl Scene {
             let location = self.castings[casting].elastic.map_or(rigid, |_| Location::Place(elastic));
             (PartId::Casting(casting), location)
         };
-        let at = |casting: usize, at_m: [f64; 3], (side, axis): (Side, [f64; 3])| {
-            on(casting, Location::Offset(at_m), BodyPoint::Surface { at_m, axis, side })
+        let at = |casting: usize, at_m: [f64; 3], nodes: &Option<WeightedNodes>, area: BodyPoint| {
+            on(casting, Location::Offset(at_m), nodes.clone().map_or(area, BodyPoint::Nodes))
         };
+        let surface = |at_m: [f64; 3], axis: [f64; 3], side: Side| BodyPoint::Surface { at_m, axis, side };
         let node = |name: &str| (PartId::Machine, Location::Nodes(vec![(name.to_owned(), 1.0)]));
         let fixture = |id: FixtureId| &self.castings[id.casting].fixtures[id.fixture];
         let strikes = |hammer: usize| self.hammers[hammer].axis();
@@ -442,25 +443,28 @@ impl Scene {
             }
             PointId::Strike { hammer } => {
                 let (unit, axis) = (&self.hammers[hammer], strikes(hammer));
-                (at(unit.casting, unit.strike_place_m(), (Side::Struck, axis)), axis)
+                let place = unit.strike_place_m();
+                (at(unit.casting, place, &unit.strike_nodes, surface(place, axis, Side::Struck)), axis)
             }
             PointId::Support(id) => (node(&fixture(id).point), fixture(id).axes()[id.axis]),
             PointId::Held(id) => {
                 let (held, axes) = (fixture(id), fixture(id).axes());
                 // A clamp presses from the side from which it acts.
                 let side = if held.clamp_force_n > 0.0 { Side::Struck } else { Side::Held };
-                (at(id.casting, held.place_m(), (side, axes[0])), axes[id.axis])
+                let place = held.place_m();
+                (at(id.casting, place, &held.at_nodes, surface(place, axes[0], side)), axes[id.axis])
             }
             PointId::Measured { casting } => {
-                let axis = self.measuring_axis(casting);
-                (at(casting, self.castings[casting].measured_place_m(), (Side::Held, axis)), axis)
+                let (measured, axis) = (&self.castings[casting], self.measuring_axis(casting));
+                let place = measured.measured_place_m();
+                (at(casting, place, &measured.measuring_nodes, surface(place, axis, Side::Held)), axis)
             }
             PointId::Centre { casting } => {
                 (on(casting, Location::Offset([0.0; 3]), BodyPoint::Centre), self.measuring_axis(casting))
             }
             PointId::Core { casting, core } => {
-                let at_m = self.castings[casting].cores[core].at_m;
-                (on(casting, Location::Offset(at_m), BodyPoint::Place(at_m)), self.measuring_axis(casting))
+                let core = &self.castings[casting].cores[core];
+                (at(casting, core.at_m, &core.at_nodes, BodyPoint::Place(core.at_m)), self.measuring_axis(casting))
             }
             PointId::Rotation { casting, axis } => {
                 let direction = self.measuring_axis(casting);

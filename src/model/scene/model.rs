@@ -7,6 +7,7 @@ use super::solver::{Guide, NumericalTwin, SolverSettings};
 use crate::direction::{DOWN, is_down, unit};
 use crate::hammer::{HammerParameters, choked_flow};
 use crate::parameter::parameters;
+use crate::structure::{NodesEntry, WeightedNodes};
 use crate::workpiece::Casting;
 
 parameters! { file
@@ -70,6 +71,11 @@ impl HammerUnit {
         unit(self.strike_axis)
     }
 
+    /// Key of the study that gives its strike point.
+    pub fn strike_key(&self) -> &'static str {
+        if self.strike_nodes.is_some() { "strike_nodes" } else { "strike_point_m" }
+    }
+
     /// Strike point from the casting's centre of mass.
     pub fn strike_place_m(&self) -> [f64; 3] {
         [self.strike_point_m[0], self.strike_point_m[1], self.strike_height_m]
@@ -123,6 +129,9 @@ parameters! {
             pub mount: Mount,
             /// Index of the casting that it strikes.
             pub casting: usize,
+            /// Nodes of an elastic casting that it strikes; `None`: the area around its strike point.
+            #[serde(skip_serializing_if = "Option::is_none")]
+            pub strike_nodes: Option<WeightedNodes>,
         }
         typed {
             /// Hammer file (TOML), relative to the study. Default: the built-in hammer.
@@ -143,6 +152,10 @@ parameters! {
             /// As in [`Supply`].
             #[serde(skip_serializing_if = "Option::is_none")]
             pub supply_bar: Option<f64>,
+            /// Nodes of an elastic casting that it strikes, instead of `strike_point_m`: `12`, `[12, 13]` or
+            /// `{ nodes = [12, 13], weights = [1, 2] }`. Without weights all nodes have the same.
+            #[serde(skip_serializing_if = "Option::is_none")]
+            pub strike_nodes: Option<NodesEntry>,
         }
         /// Distance of the chisel's tip from the casting at rest.
         pub standoff_m: f64 = 0.085, "m", [>= 0] usual [0, 0.5], "the paper's rig";

@@ -224,7 +224,7 @@ fn check_strike(checks: &mut Checks, prefix: &str, hammer: &HammerUnit, casting:
             "hammer `{}` would miss casting `{}`: {strikes}, the casting measures {width} m by {depth} m",
             hammer.name, casting.name
         );
-        checks.push(SceneProblemKind::Miss, format!("{prefix}.strike_point_m"), message);
+        checks.push(SceneProblemKind::Miss, format!("{prefix}.{}", hammer.strike_key()), message);
     }
 }
 

@@ -22,7 +22,7 @@ const STIFF: f64 = 1e3;
 const MOST_COUPLED: usize = 500;
 
 /// Coefficients of a constraint by row.
-type Constraint = BTreeMap<usize, f64>;
+pub(super) type Constraint = BTreeMap<usize, f64>;
 
 /// Empties multipliers and held rows. Returns the changes, in sentences. `kept`: rows that must not follow others.
 ///
@@ -182,8 +182,8 @@ fn combine(stiffness: &CsMat<f64>, block: &[usize], weights: &[f64], multipliers
     out
 }
 
-/// Displacements that follow others, each with the coefficients of those.
-fn solve(constraints: Vec<Constraint>, kept: &BTreeSet<usize>) -> BTreeMap<usize, Constraint> {
+/// Displacements that follow others, each with the coefficients of those. A row of `kept` follows only where a constraint has no other.
+pub(super) fn solve(constraints: Vec<Constraint>, kept: &BTreeSet<usize>) -> BTreeMap<usize, Constraint> {
     let mut following: BTreeMap<usize, Constraint> = BTreeMap::new();
     for constraint in constraints {
         let scale = constraint.values().fold(0.0_f64, |most, value| most.max(value.abs()));
@@ -216,7 +216,7 @@ fn solve(constraints: Vec<Constraint>, kept: &BTreeSet<usize>) -> BTreeMap<usize
 }
 
 /// T and T'.
-fn transformation(order: usize, following: &BTreeMap<usize, Constraint>) -> (CsMat<f64>, CsMat<f64>) {
+pub(super) fn transformation(order: usize, following: &BTreeMap<usize, Constraint>) -> (CsMat<f64>, CsMat<f64>) {
     let (mut forward, mut back) = (TriMat::new((order, order)), TriMat::new((order, order)));
     let mut put = |row: usize, column: usize, value: f64| {
         forward.add_triplet(row, column, value);

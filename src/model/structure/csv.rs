@@ -1,5 +1,6 @@
 //! The tables of this module: CSV with one header line and `#` comments, faults with their line.
 
+use std::borrow::Cow;
 use std::io::Read;
 use std::path::Path;
 
@@ -80,6 +81,11 @@ impl CsvTable {
         FileFault { file: self.file.clone(), line, reason }.into()
     }
 
+    /// A fault in a row.
+    pub fn fault_in(&self, row: usize, reason: String) -> StructureError {
+        self.fault(self.rows.get(row).map_or(self.header_line, |(line, _)| *line), reason)
+    }
+
     /// Position of a column.
     pub fn column(&self, name: &str) -> Result<usize, StructureError> {
         self.header.iter().position(|column| column == name).ok_or_else(|| {
@@ -91,9 +97,13 @@ impl CsvTable {
     /// A finite number.
     pub fn number(&self, row: usize, column: usize) -> Result<f64, StructureError> {
         self.field(row, column, "a finite number", |text| {
-            let text = if self.semicolons { text.replace(',', ".") } else { text.to_owned() };
-            text.parse().ok().filter(|value: &f64| value.is_finite())
+            self.with_point(text).parse().ok().filter(|value: &f64| value.is_finite())
         })
+    }
+
+    /// A text of numbers with decimal points.
+    pub fn with_point<'t>(&self, text: &'t str) -> Cow<'t, str> {
+        if self.semicolons { text.replace(',', ".").into() } else { text.into() }
     }
 
     /// Reads a field with its own rule; `expected` describes the rule.

@@ -9,18 +9,19 @@
 //! with `Phi_r` the rigid motions and `F_j` the forces on the points. R is the static flexibility of all modes above the cut-off. It has no
 //! mass, so that a stiff casting asks for no short steps.
 //!
-//! A point is an area: all nodes within a radius, with weights that fall smoothly to 0 at its edge and reproduce rigid motions exactly.
-//! The flexibility of a single node is a property of the mesh.
+//! A point is an area: all nodes within a radius, with weights that fall smoothly to 0 at its edge and reproduce rigid motions exactly. Or
+//! it is a set of nodes with weights of its own. The flexibility of a single node is a property of the mesh.
 
 use std::collections::{HashMap, HashSet};
 use std::f64::consts::TAU;
 
 use nalgebra::{DMatrix, DVector, Matrix3, SymmetricEigen, Vector3};
 
+use super::body_nodes::{BodyNodes, Node};
 use super::error::{Step, StructureError};
 use super::fixed_interface::{Wanted, count, modes};
 use super::model::FeModel;
-use super::motions::RigidMotions;
+use super::nodes::WeightedNodes;
 use super::partition::{inner_rows, sparse_times};
 use super::reduced::{Damping, damping_ratios};
 use super::suspects;
@@ -72,7 +73,7 @@ pub enum Side {
 }
 
 /// A point of an elastic body. Coordinates are in m from its centre of mass.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, PartialEq)]
 pub enum BodyPoint {
     /// The surface on a line through a point along a unit vector.
     Surface {
@@ -85,6 +86,8 @@ pub enum BodyPoint {
     },
     /// A place within it or on it.
     Place([f64; 3]),
+    /// Nodes with weights.
+    Nodes(WeightedNodes),
     /// Mean motion of its mass.
     Centre,
     /// Mean rotation of its mass about the first (0) or second (1) direction across the one of the motion, rad; see [`across`].
@@ -111,21 +114,6 @@ pub struct BodyModes {
     pub local: Vec<f64>,
 }
 
-/// A node with its place from the centre of mass and the rows of its displacements.
-#[derive(Debug, Clone, Copy)]
-struct Node {
-    place_m: [f64; 3],
-    rows: [Option<usize>; 3],
-}
-
-impl Node {
-    /// Rows and shares of its motion along a direction; `None` if it lacks one of them.
-    fn along(&self, direction: [f64; 3]) -> Option<Vec<(usize, f64)>> {
-        let parts = self.rows.iter().zip(direction).filter(|(_, share)| *share != 0.0);
-        parts.map(|(row, share)| row.map(|row| (row, share))).collect()
-    }
-}
-
 /// Rows and shares of a node's motion, its weight before it is scaled, and 1 with its distances across the motion.
 type WeighedNode = (Vec<(usize, f64)>, f64, Vector3<f64>);
 
@@ -135,7 +123,7 @@ pub struct ElasticBody {
     model: FeModel,
     settings: ElasticSettings,
     mass_kg: f64,
-    nodes: Vec<Node>,
+    nodes: BodyNodes,
     /// Row of the model for each row of the factor and of the shapes.
     rows: Vec<u32>,
     shift: f64,
@@ -159,22 +147,12 @@ impl ElasticBody {
     /// Missing labels or coordinates; a stiffness that is not positive semidefinite; more modes than a study needs; not enough memory.
     pub fn new(model: FeModel, settings: ElasticSettings) -> Result<Self, StructureError> {
         suspects::require_order(&model)?;
-        let Some(motions) = RigidMotions::new(&model) else {
-            let expected = "rows with labels: name a `dof_file`, or give `dofs_per_node`";
-            return Err(StructureError::argument("casting", expected, "rows without labels"));
-        };
-        let centre = motions.centre_m.map_err(|(unknown, of)| {
-            let found = format!("{unknown} of {of} nodes without");
-            StructureError::argument("casting", "coordinates of all nodes: name a `nodes_file`", found)
-        })?;
-        let mass_kg = motions.mass_kg[VERTICAL];
-        let nodes = nodes(&model, centre);
+        let (nodes, centre, masses_kg) = BodyNodes::with_mass(&model)?;
         let limit = (TAU * settings.cutoff_hz.max(LOCAL_HZ)).powi(2);
         let (kept, _) = inner_rows(&model, &[]);
         let pencil = SymmetricPencil::new(model.stiffness(), model.mass(), &kept).step(STEP, ADVICE)?;
         let count = count(&pencil, limit)?;
-        Wanted { limit, suspect: suspects::mixed_units(&model, Some(motions.mass_kg)) }
-            .require(count, pencil.order())?;
+        Wanted { limit, suspect: suspects::mixed_units(&model, Some(masses_kg)) }.require(count, pencil.order())?;
         let shift = SHIFT_OF_LIMIT * limit;
         let factor = pencil.cholesky(shift).step(STEP, ADVICE)?;
         let modes = modes(&pencil, &factor, shift, Below { limit, count })?;
@@ -205,7 +183,7 @@ impl ElasticBody {
         let below_inertia = pencil.mass_times(&below).step(STEP, ADVICE)?;
         drop(pencil);
         Ok(Self {
-            mass_kg,
+            mass_kg: masses_kg[VERTICAL],
             nodes,
             rows,
             shift,
@@ -237,12 +215,12 @@ impl ElasticBody {
     /// Motion at points along their directions. Forces act on the first `driven` of them; the others are watched.
     ///
     /// # Errors
-    /// A point without nodes around it.
+    /// A point without nodes around it, a node that the model does not have, or that lacks a direction.
     pub fn at(&self, points: &[DirectedPoint], driven: usize) -> Result<BodyModes, StructureError> {
         let mut forces = DMatrix::zeros(self.rows.len(), points.len());
         let place: HashMap<usize, usize> = self.rows.iter().enumerate().map(|(at, row)| (*row as usize, at)).collect();
         for (index, point) in points.iter().enumerate() {
-            for (row, weight) in self.weights(*point)? {
+            for (row, weight) in self.weights(point)? {
                 if let Some(&at) = place.get(&row) {
                     forces[(at, index)] += weight;
                 }
@@ -315,15 +293,19 @@ impl ElasticBody {
     ///
     /// # Errors
     /// As for [`ElasticBody::at`].
-    pub fn weight(&self, point: DirectedPoint, row: usize) -> Result<f64, StructureError> {
+    pub fn weight(&self, point: &DirectedPoint, row: usize) -> Result<f64, StructureError> {
         Ok(self.weights(point)?.iter().filter(|(known, _)| *known == row).map(|(_, weight)| weight).sum())
     }
 
     /// Rows of the model and their weights whose sum is the motion of a point.
-    fn weights(&self, (point, direction): DirectedPoint) -> Result<Vec<(usize, f64)>, StructureError> {
+    fn weights(&self, (point, direction): &DirectedPoint) -> Result<Vec<(usize, f64)>, StructureError> {
+        let direction = *direction;
         match point {
-            BodyPoint::Place(place) => self.area(place, direction),
-            BodyPoint::Surface { at_m, axis, side } => self.area(self.surface(at_m, axis, side)?, direction),
+            BodyPoint::Place(place) => self.area(*place, direction),
+            BodyPoint::Surface { at_m, axis, side } => self.area(self.surface(*at_m, *axis, *side)?, direction),
+            BodyPoint::Nodes(nodes) => self.nodes.motion(nodes, direction).map_err(|fault| {
+                StructureError::argument("casting", "nodes with degrees of freedom", format!("a point that {fault}"))
+            }),
             BodyPoint::Centre => Ok(self.mass_weights(0, direction)),
             BodyPoint::Rotation(axis) => Ok(self.mass_weights(1 + axis, direction)),
         }
@@ -335,7 +317,7 @@ impl ElasticBody {
         let d = Vector3::from(direction);
         let about = across(direction).map(Vector3::from);
         let mut motions = DMatrix::zeros(self.model.order(), 3);
-        for node in &self.nodes {
+        for node in self.nodes.iter() {
             let r = Vector3::from(node.place_m);
             let shares = [1.0, -d.dot(&about[0].cross(&r)), -d.dot(&about[1].cross(&r))];
             for (row, along) in node.along(direction).into_iter().flatten() {
@@ -439,7 +421,7 @@ fn rigid_motions(model: &FeModel, centre: [f64; 3], rows: &[u32]) -> Option<DMat
 }
 
 /// The rigid motions that move nodes vertically, orthonormal as those that they are made of. Vertical forces do not excite the others.
-fn heaving(nodes: &[Node], rows: &[u32], rigid: &DMatrix<f64>) -> DMatrix<f64> {
+fn heaving(nodes: &BodyNodes, rows: &[u32], rigid: &DMatrix<f64>) -> DMatrix<f64> {
     let vertical: HashSet<usize> = nodes.iter().filter_map(|node| node.rows[VERTICAL]).collect();
     let picked: Vec<usize> = (0..rows.len()).filter(|at| vertical.contains(&(rows[*at] as usize))).collect();
     let picked = rigid.select_rows(&picked);
@@ -447,20 +429,4 @@ fn heaving(nodes: &[Node], rows: &[u32], rigid: &DMatrix<f64>) -> DMatrix<f64> {
     let largest = eigen.eigenvalues.amax();
     let moving: Vec<usize> = (0..rigid.ncols()).filter(|at| eigen.eigenvalues[*at] > MOVES * largest).collect();
     rigid * eigen.eigenvectors.select_columns(&moving)
-}
-
-/// Nodes that have a displacement and a place, from the centre of mass, in the order of their first rows.
-fn nodes(model: &FeModel, centre: [f64; 3]) -> Vec<Node> {
-    let mut nodes: Vec<Node> = Vec::new();
-    let mut known: HashMap<i64, usize> = HashMap::new();
-    let rows = model.labels().iter().enumerate().filter(|(row, label)| label.dof <= VERTICAL && model.carries(*row));
-    for (row, label) in rows {
-        let Some(place) = model.positions_m().get(&label.node) else { continue };
-        let at = *known.entry(label.node).or_insert_with(|| {
-            nodes.push(Node { place_m: [0, 1, 2].map(|axis| place[axis] - centre[axis]), rows: [None; 3] });
-            nodes.len() - 1
-        });
-        nodes[at].rows[label.dof] = Some(row);
-    }
-    nodes
 }

@@ -19,7 +19,7 @@ use decore_math::linalg::symmetric_eigen;
 const IDLE: f64 = 1e-12;
 
 /// Empties the rows of idle rotations. Returns the changes, in sentences. `points`: name and rows of each point.
-pub(super) fn leave_out(matrices: &mut ModelMatrices, points: &[(&str, PointRows)]) -> Vec<String> {
+pub(super) fn leave_out(matrices: &mut ModelMatrices, points: &[(String, PointRows)]) -> Vec<String> {
     let mut said = Vec::new();
     for (name, rows) in points {
         // A straight line has one rotation of this kind, a single node three.

@@ -18,6 +18,7 @@
 
 mod attached;
 mod balance;
+mod body_nodes;
 mod cache;
 mod combined_modes;
 mod constraints;
@@ -30,11 +31,13 @@ mod idle;
 mod import;
 mod label;
 mod matrices;
+mod means;
 mod measured;
 mod modal_table;
 mod model;
 mod modes;
 mod motions;
+mod nodes;
 mod observe;
 mod own;
 mod partition;
@@ -52,6 +55,7 @@ mod symmetric;
 mod truncated_modes;
 
 pub use attached::RigidMass;
+pub use body_nodes::BodyNodes;
 pub use cache::{CACHE_FOLDER, CacheOutcome, cache_path, reduce_files};
 pub use elastic::{BodyModes, BodyPoint, DirectedPoint, ElasticBody, ElasticSettings, LOCAL_HZ, Side};
 pub use error::StructureError;
@@ -64,6 +68,7 @@ pub use measured::{
 pub use modal_table::ModalTable;
 pub use model::FeModel;
 pub use modes::{DirectedPoints, ModesAt};
+pub use nodes::{NodesEntry, WeightedNodes};
 pub use observe::{Observer, peak_memory_bytes};
 pub use points::{DOF_NAMES, InterfacePoint, InterfacePoints, PointPlace};
 pub use quality::{MOBILITY_SHARE, MobilityCurve, ModePair, QualityReport, QualitySettings, assess, assess_telling};

@@ -82,7 +82,7 @@ impl ModalTable {
     pub(super) fn at_points(&self, points: &InterfacePoints) -> Self {
         let by_node: BTreeMap<String, &str> = points
             .iter()
-            .filter_map(|point| match point.place {
+            .filter_map(|point| match &point.place {
                 PointPlace::Node { node, .. } => Some((node.to_string(), point.name.as_str())),
                 _ => None,
             })

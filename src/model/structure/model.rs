@@ -10,8 +10,8 @@ use super::idle;
 use super::import::symmetric;
 use super::label::{DofLabel, SCALAR};
 use super::matrices::ModelMatrices;
-use super::place::{PointRows, place, require_distinct};
-use super::points::InterfacePoints;
+use super::place::{PlacedPoint, PointRows, place, require_distinct};
+use super::points::{InterfacePoint, InterfacePoints, PointPlace};
 use decore_math::linalg::lowest_eigenvalue;
 
 /// A mass matrix whose lowest eigenvalue, relative to the diagonal, lies below this is not positive semidefinite: rounding
@@ -33,11 +33,11 @@ const SAME_PLACE: f64 = 2e-3;
 pub struct FeModel {
     matrices: ModelMatrices,
     points: InterfacePoints,
-    /// Rows of the six DOFs of every point; `None` for DOFs that the model does not have.
-    rows: Vec<PointRows>,
+    /// Rows of the nodes of every point.
+    rows: Vec<PlacedPoint>,
     /// Known positions of nodes in m: from the list of rows and the interface points.
     positions_m: BTreeMap<i64, [f64; 3]>,
-    /// Nodes for which points and list of rows name different places.
+    /// Nodes and points for which points and list of rows name different places.
     misplaced: Vec<Misplaced>,
     /// Doubts about the files, one sentence each.
     doubts: Vec<String>,
@@ -45,11 +45,11 @@ pub struct FeModel {
     changes: Vec<String>,
 }
 
-/// A node for which two files name different places.
+/// A node, or a point that is the mean of nodes, for which two files name different places.
 #[derive(Debug, Clone, PartialEq)]
 pub(super) struct Misplaced {
-    /// The node.
-    pub node: i64,
+    /// The node or the point in words.
+    pub name: String,
     /// Position in m from the table of points.
     pub by_points_m: [f64; 3],
     /// Position in m from the list of rows.
@@ -99,7 +99,7 @@ impl FeModel {
             }
         }
         let placed = place(&matrices.labels, order, &points).unwrap_or_default();
-        let kept = placed.into_iter().flatten().flatten().collect();
+        let kept = placed.into_iter().flatten().flat_map(|(rows, _)| rows).flatten().collect();
         let mut changes = eliminate(&mut matrices, &kept).map_err(|reason| fault(&names.stiffness, reason))?;
         let others = [(&names.stiffness, Some(&matrices.stiffness)), (&names.damping, matrices.damping.as_ref())];
         for (name, matrix) in others.into_iter().filter_map(|(name, matrix)| Some((name, matrix?))) {
@@ -116,12 +116,17 @@ impl FeModel {
         }
         require_distinct(&matrices.labels, &points).map_err(|reason| fault(&names.labels, reason))?;
         let rows = place(&matrices.labels, order, &points).map_err(|reason| fault(&names.points, reason))?;
-        points.state_dofs(&rows);
-        let of_points: Vec<(&str, PointRows)> =
-            points.iter().map(|point| point.name.as_str()).zip(rows.iter().copied()).collect();
+        points.state_dofs(rows.iter().flat_map(|nodes| nodes.iter().take(1)).map(|(rows, _)| rows));
+        let nodes_of = |(point, nodes): (&'_ InterfacePoint, &'_ PlacedPoint)| {
+            nodes.iter().map(|(rows, _)| (point.name.clone(), *rows)).collect::<Vec<_>>()
+        };
+        let of_points: Vec<(String, PointRows)> = points.iter().zip(&rows).flat_map(nodes_of).collect();
         changes.extend(idle::leave_out(&mut matrices, &of_points));
         let node_of = |rows: &PointRows| rows[..3].iter().flatten().next().and_then(|row| matrices.labels.get(*row));
-        let placed = rows.iter().zip(points.iter()).filter_map(|(rows, point)| Some((node_of(rows)?, point)));
+        let placed = rows.iter().zip(points.iter()).filter_map(|(nodes, point)| match nodes[..] {
+            [(rows, _)] => Some((node_of(&rows)?, point)),
+            _ => None,
+        });
         let positions_m = placed.map(|(label, point)| (label.node, point.position_m)).collect();
         Ok(Self { matrices, points, rows, positions_m, misplaced: Vec::new(), doubts: Vec::new(), changes })
     }
@@ -131,12 +136,43 @@ impl FeModel {
         for (node, place) in positions {
             let place = place.map(|value| metres * value);
             let known = *self.positions_m.entry(node).or_insert(place);
-            let distance = known.iter().zip(place).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max);
-            if distance > SAME_PLACE * (1.0 + known.iter().map(|value| value.abs()).fold(0.0, f64::max)) {
-                self.misplaced.push(Misplaced { node, by_points_m: known, by_rows_m: place });
+            if are_apart(known, place) {
+                self.misplaced.push(Misplaced { name: format!("node {node}"), by_points_m: known, by_rows_m: place });
+            }
+        }
+        for point in self.points.iter() {
+            let PointPlace::Nodes(nodes) = &point.place else { continue };
+            let places: Option<Vec<_>> =
+                nodes.iter().map(|(node, weight)| Some((self.positions_m.get(&node)?, weight))).collect();
+            let Some(places) = places else { continue };
+            let mean = |axis: usize| places.iter().map(|(place, weight)| weight * place[axis]).sum();
+            let by_rows_m = [0, 1, 2].map(mean);
+            if are_apart(point.position_m, by_rows_m) {
+                let name = format!("point {} (the mean of its nodes)", point.name);
+                self.misplaced.push(Misplaced { name, by_points_m: point.position_m, by_rows_m });
             }
         }
         self
+    }
+
+    /// The model over coordinates in which every matrix is `change` of what it was, and points have other rows.
+    pub(super) fn over(&self, change: impl Fn(&CsMat<f64>) -> CsMat<f64>, rows: Vec<PlacedPoint>) -> Self {
+        let ModelMatrices { mass, stiffness, damping, labels } = &self.matrices;
+        let matrices = ModelMatrices {
+            mass: change(mass),
+            stiffness: change(stiffness),
+            damping: damping.as_ref().map(change),
+            labels: labels.clone(),
+        };
+        Self {
+            matrices,
+            rows,
+            points: self.points.clone(),
+            positions_m: self.positions_m.clone(),
+            misplaced: self.misplaced.clone(),
+            doubts: self.doubts.clone(),
+            changes: self.changes.clone(),
+        }
     }
 
     /// Adds doubts about the files.
@@ -155,7 +191,7 @@ impl FeModel {
         &self.doubts
     }
 
-    /// Nodes for which points and list of rows name different places.
+    /// Nodes and points for which points and list of rows name different places.
     pub(super) fn misplaced(&self) -> &[Misplaced] {
         &self.misplaced
     }
@@ -191,14 +227,32 @@ impl FeModel {
     }
 
     /// Rows of the six DOFs of a point; `None` for a DOF that the model does not have (an element type without rotations,
-    /// a DOF that is fixed or was condensed).
+    /// a DOF that is fixed or was condensed). Of several nodes: rows of the first one, for DOFs that all of them have.
     ///
     /// # Errors
     /// An unknown point.
     pub fn rows_of(&self, point: &str) -> Result<[Option<usize>; 6], StructureError> {
+        let nodes = self.nodes_of(point)?;
+        let first = nodes.first().map(|(rows, _)| *rows).unwrap_or_default();
+        let all = |dof: usize| nodes.iter().all(|(rows, _)| rows[dof].is_some());
+        Ok(std::array::from_fn(|dof| first[dof].filter(|_| all(dof))))
+    }
+
+    /// Rows of the nodes of a point with their weights.
+    pub(super) fn nodes_of(&self, point: &str) -> Result<&[(PointRows, f64)], StructureError> {
         self.points.get(point)?;
         let index = self.points.iter().position(|other| other.name == point);
-        Ok(index.and_then(|index| self.rows.get(index).copied()).unwrap_or_default())
+        Ok(index.and_then(|index| self.rows.get(index)).map(Vec::as_slice).unwrap_or_default())
+    }
+
+    /// Rows of all nodes of all points, point by point.
+    pub(super) fn placed(&self) -> &[PlacedPoint] {
+        &self.rows
+    }
+
+    /// Rows of all nodes of all points.
+    pub(super) fn rows_of_points(&self) -> impl Iterator<Item = &PointRows> {
+        self.rows.iter().flatten().map(|(rows, _)| rows)
     }
 
     /// Whether a row carries mass or stiffness; programs leave empty rows for DOFs that they fixed themselves and for
@@ -219,7 +273,7 @@ impl FeModel {
     pub(super) fn rotation_rows(&self) -> Vec<usize> {
         let rotation = |dof: usize| (3..SCALAR).contains(&dof);
         let labelled = self.labels().iter().enumerate().filter(|(_, label)| rotation(label.dof)).map(|(row, _)| row);
-        labelled.chain(self.rows.iter().flat_map(|rows| rows[3..].iter().copied().flatten())).collect()
+        labelled.chain(self.rows_of_points().flat_map(|rows| rows[3..].iter().copied().flatten())).collect()
     }
 
     /// Mass, stiffness and damping for changes; the model must stay valid.
@@ -236,6 +290,12 @@ impl FeModel {
 
 fn fault(file: &str, reason: String) -> StructureError {
     StructureError::Matrix { file: file.to_owned(), reason }
+}
+
+/// Whether two places of a node in m contradict each other.
+fn are_apart(known: [f64; 3], place: [f64; 3]) -> bool {
+    let largest = |values: [f64; 3]| values.iter().map(|value| value.abs()).fold(0.0, f64::max);
+    largest([0, 1, 2].map(|axis| known[axis] - place[axis])) > SAME_PLACE * (1.0 + largest(known))
 }
 
 /// Square, finite, symmetric except for rounding; the mean of mirrored entries is taken.

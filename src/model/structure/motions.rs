@@ -77,7 +77,7 @@ fn is_telling(stiffness: &CsMat<f64>) -> bool {
 fn directions(model: &FeModel) -> Vec<Option<usize>> {
     let mut directions: Vec<Option<usize>> =
         model.labels().iter().map(|label| Some(label.dof).filter(|dof| *dof < SCALAR)).collect();
-    for rows in model.points().iter().filter_map(|point| model.rows_of(&point.name).ok()) {
+    for rows in model.rows_of_points() {
         for (dof, row) in rows.iter().enumerate().skip(3) {
             if let Some(slot) = row.and_then(|row| directions.get_mut(row)) {
                 *slot = Some(dof);

@@ -20,7 +20,8 @@ pub(super) fn interface_rows(
     let mut place: Vec<Option<usize>> = vec![None; model.order()];
     let (mut rows, mut dofs) = (Vec::new(), Vec::new());
     for (point, dof) in interface {
-        let row = interface_row(model, point, *dof)?;
+        // In the coordinates of the reduction every DOF is one row, see `with_means`.
+        let Some(&(row, _)) = dof_rows(model, point, *dof)?.first() else { continue };
         let Some(slot) = place.get_mut(row) else { continue };
         let position = *slot.get_or_insert_with(|| {
             rows.push(row);
@@ -34,7 +35,8 @@ pub(super) fn interface_rows(
     Ok((rows, dofs))
 }
 
-fn interface_row(model: &FeModel, point: &str, dof: usize) -> Result<usize, StructureError> {
+/// Rows and weights whose sum is a DOF of a point: one unless the point is several nodes.
+pub(super) fn dof_rows(model: &FeModel, point: &str, dof: usize) -> Result<Vec<(usize, f64)>, StructureError> {
     let known = model.rows_of(point)?;
     let Some(row) = known.get(dof) else {
         let name = format!("direction of interface point {point}");
@@ -44,21 +46,23 @@ fn interface_row(model: &FeModel, point: &str, dof: usize) -> Result<usize, Stru
         let rows = DOF_NAMES.iter().zip(known).filter(|(_, row)| row.is_some() == wanted);
         rows.map(|(name, _)| *name).collect::<Vec<_>>().join(" ")
     };
-    let Some(row) = *row else {
+    if row.is_none() {
         return Err(StructureError::NoSuchDof {
             point: point.to_owned(),
             dof: DOF_NAMES.get(dof).copied().unwrap_or_default().to_owned(),
             known: named(true),
         });
-    };
-    if !model.carries(row) {
-        return Err(StructureError::EmptyDof {
+    }
+    let rows = model.nodes_of(point)?.iter().filter_map(|(rows, weight)| Some((rows[dof]?, *weight)));
+    let rows: Vec<(usize, f64)> = rows.collect();
+    match rows.iter().find(|(row, _)| !model.carries(*row)) {
+        Some((row, _)) => Err(StructureError::EmptyDof {
             point: point.to_owned(),
             dof: DOF_NAMES.get(dof).copied().unwrap_or_default().to_owned(),
             row: row + 1,
-        });
+        }),
+        None => Ok(rows),
     }
-    Ok(row)
 }
 
 /// Inner rows: all except the interface and rows without mass and stiffness, which programs leave for fixed DOFs. Second: the number of

@@ -8,8 +8,11 @@ use std::collections::HashMap;
 use super::label::{DofLabel, SCALAR};
 use super::points::{DOF_NAMES, InterfacePoint, InterfacePoints, PointPlace};
 
-/// Rows of the six DOFs of a point; `None` for DOFs that the model does not have.
+/// Rows of the six DOFs of a point or a node; `None` for DOFs that the model does not have.
 pub(super) type PointRows = [Option<usize>; 6];
+
+/// Rows of the nodes of a point with their weights; a point that is no set of nodes has one entry of weight 1.
+pub(super) type PlacedPoint = Vec<(PointRows, f64)>;
 
 /// Returns an error if a node of a point has a direction twice. Other labels may repeat: CalculiX gives the nodes that it makes of shells
 /// and beams the labels of the original nodes.
@@ -19,9 +22,12 @@ pub(super) type PointRows = [Option<usize>; 6];
 pub(super) fn require_distinct(labels: &[DofLabel], points: &InterfacePoints) -> Result<(), String> {
     let mut named: HashMap<i64, &str> = HashMap::new();
     for point in points.iter() {
-        if let PointPlace::Node { node, rotation_node } = point.place {
-            named.extend([Some(node), rotation_node].into_iter().flatten().map(|node| (node, point.name.as_str())));
-        }
+        let nodes: Vec<i64> = match &point.place {
+            PointPlace::Node { node, rotation_node } => [Some(*node), *rotation_node].into_iter().flatten().collect(),
+            PointPlace::Nodes(nodes) => nodes.iter().map(|(node, _)| node).collect(),
+            PointPlace::Rows { .. } | PointPlace::None => Vec::new(),
+        };
+        named.extend(nodes.into_iter().map(|node| (node, point.name.as_str())));
     }
     let mut seen: HashMap<DofLabel, usize> = HashMap::new();
     for (row, label) in labels.iter().enumerate() {
@@ -45,25 +51,29 @@ pub(super) fn require_distinct(labels: &[DofLabel], points: &InterfacePoints) ->
 /// # Errors
 /// A point without a place, rows that do not exist or belong to another node, a node without rows, two points that take a row
 /// for different directions.
-pub(super) fn place(labels: &[DofLabel], order: usize, points: &InterfacePoints) -> Result<Vec<PointRows>, String> {
+pub(super) fn place(labels: &[DofLabel], order: usize, points: &InterfacePoints) -> Result<Vec<PlacedPoint>, String> {
     let mut by_label: HashMap<DofLabel, usize> = HashMap::new();
-    if points.iter().any(|point| matches!(point.place, PointPlace::Node { .. })) {
+    if points.iter().any(|point| matches!(point.place, PointPlace::Node { .. } | PointPlace::Nodes(_))) {
         by_label.extend(labels.iter().copied().zip(0..));
     }
-    let place = |point: &InterfacePoint| match point.place {
+    let place = |point: &InterfacePoint| match &point.place {
         PointPlace::None => Err(format!(
             "column first_row_0based or node is missing: point {} has no place in the matrices",
             point.name
         )),
-        PointPlace::Rows { first, dofs } => rows_from(&point.name, first, dofs, &RowLabels { labels, order }),
+        PointPlace::Rows { first, dofs } => {
+            Ok(vec![(rows_from(&point.name, *first, *dofs, &RowLabels { labels, order })?, 1.0)])
+        }
+        PointPlace::Node { .. } | PointPlace::Nodes(_) if labels.is_empty() => Err(format!(
+            "point {} is given by its node, but the rows of the matrices have no labels: name a dof_file, or give first_row_0based",
+            point.name
+        )),
         PointPlace::Node { node, rotation_node } => {
-            if labels.is_empty() {
-                return Err(format!(
-                    "point {} is given by its node, but the rows of the matrices have no labels: name a dof_file, or give first_row_0based",
-                    point.name
-                ));
-            }
-            rows_of_node(&point.name, (node, rotation_node), &by_label)
+            Ok(vec![(rows_of_node(&point.name, (*node, *rotation_node), &by_label)?, 1.0)])
+        }
+        PointPlace::Nodes(nodes) => {
+            let of_node = |(node, weight)| Ok((rows_of_node(&point.name, (node, None), &by_label)?, weight));
+            nodes.iter().map(of_node).collect()
         }
     };
     let rows = points.iter().map(place).collect::<Result<Vec<_>, _>>()?;
@@ -142,9 +152,10 @@ fn rows_from(
 }
 
 /// Several points may be on one node, but a row cannot be different directions of two points.
-fn require_one_direction(points: &InterfacePoints, rows: &[PointRows]) -> Result<(), String> {
+fn require_one_direction(points: &InterfacePoints, placed: &[PlacedPoint]) -> Result<(), String> {
     let mut taken: HashMap<usize, (usize, &str)> = HashMap::new();
-    for (point, rows) in points.iter().zip(rows) {
+    let of_points = points.iter().zip(placed);
+    for (point, rows) in of_points.flat_map(|(point, nodes)| nodes.iter().map(move |(rows, _)| (point, rows))) {
         for (dof, row) in rows.iter().enumerate().filter_map(|(dof, row)| Some((dof, (*row)?))) {
             let (other, name) = *taken.entry(row).or_insert((dof, &point.name));
             if other != dof {

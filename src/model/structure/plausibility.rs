@@ -64,9 +64,9 @@ pub(super) fn of_matrices(model: &FeModel, rigid: Option<&RigidMotions>) -> Vec<
             ));
         }
     }
-    if let Some(Misplaced { node, by_points_m, by_rows_m }) = model.misplaced().first() {
+    if let Some(Misplaced { name, by_points_m, by_rows_m }) = model.misplaced().first() {
         out.push(format!(
-            "node {node} lies at {by_points_m:?} m by the table of points, but at {by_rows_m:?} m by the list of rows: is the unit of the model another one?"
+            "{name} lies at {by_points_m:?} m by the table of points, but at {by_rows_m:?} m by the list of rows: is the unit of the model another one?"
         ));
     }
     out.extend(loose_mass(model));

@@ -7,6 +7,7 @@ use serde::{Deserialize, Serialize};
 
 use super::csv::{CsvTable, read_text};
 use super::error::StructureError;
+use super::nodes::WeightedNodes;
 use decore_quantity::words::nearest;
 
 /// Names of the six DOFs of a point in the order of their numbers: displacements in m, rotations in rad.
@@ -26,7 +27,7 @@ pub struct InterfacePoint {
 }
 
 /// Position of a point's DOFs in the finite element matrices.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+#[derive(Debug, Clone, PartialEq, Default)]
 pub enum PointPlace {
     /// Nowhere: there are no matrices (modal table).
     #[default]
@@ -45,6 +46,8 @@ pub enum PointPlace {
         /// Node whose directions 1 to 3 are the point's rotations (the rotation node of a CalculiX rigid body).
         rotation_node: Option<i64>,
     },
+    /// In the rows of several nodes: its DOFs are their weighted means.
+    Nodes(WeightedNodes),
 }
 
 /// The table of interface points, in the order of its file.
@@ -79,7 +82,8 @@ impl InterfacePoints {
     /// Reads a CSV table with the columns `name`, `x_m`, `y_m`, `z_m`, if wanted `role`, and, for finite element matrices, where the
     /// point is: `first_row_0based` (row of its x displacement; with `dofs` 3 or 6, which only rows with labels can do
     /// without), or `node` (for matrices with labels; with `rotation_node` where the rotations have a node of their own,
-    /// empty if not). Other columns are an error.
+    /// empty if not). Several nodes, with blanks between them, are a point that moves as their mean; `weights` has their weights, empty
+    /// for equal ones. Other columns are an error.
     ///
     /// # Errors
     /// File, line and reason.
@@ -92,8 +96,8 @@ impl InterfacePoints {
     /// # Errors
     /// As for [`InterfacePoints::read`].
     pub fn parse(file: &str, text: &str) -> Result<Self, StructureError> {
-        const KNOWN: [&str; 9] =
-            ["name", "role", "x_m", "y_m", "z_m", "first_row_0based", "dofs", "node", "rotation_node"];
+        const KNOWN: [&str; 10] =
+            ["name", "role", "x_m", "y_m", "z_m", "first_row_0based", "dofs", "node", "rotation_node", "weights"];
         let table = CsvTable::parse(file, text)?;
         let (name, role) = (table.column("name")?, table.column("role").ok());
         let axes = [table.column("x_m")?, table.column("y_m")?, table.column("z_m")?];
@@ -127,18 +131,29 @@ impl InterfacePoints {
 
     /// Writes the table for [`InterfacePoints::parse`]. A file has one way to give rows; the first point's is used.
     pub fn to_csv(&self) -> String {
-        let by_node = matches!(self.points.first().map(|point| point.place), Some(PointPlace::Node { .. }));
-        let place = if by_node { ["node", "rotation_node"] } else { ["first_row_0based", "dofs"] };
-        let head = ["name", "role", "x_m", "y_m", "z_m"].into_iter().chain(place).map(str::to_owned);
+        let first = self.points.first().map(|point| &point.place);
+        let by_node = matches!(first, Some(PointPlace::Node { .. } | PointPlace::Nodes(_)));
+        let has_weights = self.points.iter().any(|point| matches!(point.place, PointPlace::Nodes(_)));
+        let place = match (by_node, has_weights) {
+            (true, true) => &["node", "rotation_node", "weights"][..],
+            (true, false) => &["node", "rotation_node"],
+            (false, _) => &["first_row_0based", "dofs"],
+        };
+        let head = ["name", "role", "x_m", "y_m", "z_m"].iter().chain(place).map(|name| (*name).to_owned());
         let rows = self.points.iter().map(|point| {
-            let place = match point.place {
-                PointPlace::None => [String::new(), String::new()],
-                PointPlace::Rows { first, dofs } => [first.to_string(), text(dofs)],
-                PointPlace::Node { node, rotation_node } => [node.to_string(), text(rotation_node)],
+            let own = match &point.place {
+                PointPlace::None => Default::default(),
+                PointPlace::Rows { first, dofs } => [first.to_string(), text(*dofs), String::new()],
+                PointPlace::Node { node, rotation_node } => [node.to_string(), text(*rotation_node), String::new()],
+                PointPlace::Nodes(nodes) => {
+                    let (nodes, weights): (Vec<_>, Vec<_>) =
+                        nodes.iter().map(|(node, weight)| (node.to_string(), weight.to_string())).unzip();
+                    [nodes.join(" "), String::new(), weights.join(" ")]
+                }
             };
-            let [x, y, z] = point.position_m.map(|x| format!("{x:e}"));
-            let [first, second] = place;
-            vec![point.name.clone(), point.role.clone(), x, y, z, first, second]
+            let at = point.position_m.map(|x| format!("{x:e}"));
+            let fields = [point.name.clone(), point.role.clone()].into_iter().chain(at);
+            fields.chain(own.into_iter().take(place.len())).collect::<Vec<String>>()
         });
         let mut writer = csv::Writer::from_writer(Vec::new());
         // Memory takes all that is written.
@@ -146,8 +161,8 @@ impl InterfacePoints {
         String::from_utf8(writer.into_inner().unwrap_or_default()).unwrap_or_default()
     }
 
-    /// Sets the number of rows of every point that gives its first row, if `rows` has three or six.
-    pub(super) fn state_dofs(&mut self, rows: &[[Option<usize>; 6]]) {
+    /// Sets the number of rows of every point that gives its first row, if the point's `rows` are three or six.
+    pub(super) fn state_dofs<'r>(&mut self, rows: impl Iterator<Item = &'r [Option<usize>; 6]>) {
         for (point, rows) in self.points.iter_mut().zip(rows) {
             if let PointPlace::Rows { dofs: dofs @ None, .. } = &mut point.place {
                 *dofs = Some(rows.iter().flatten().count()).filter(|count| matches!(count, 3 | 6));
@@ -176,14 +191,14 @@ impl InterfacePoints {
 enum PlaceColumns {
     None,
     Rows { first: usize, dofs: Option<usize> },
-    Node { node: usize, rotation_node: Option<usize> },
+    Node { node: usize, rotation_node: Option<usize>, weights: Option<usize> },
 }
 
 impl PlaceColumns {
     fn new(table: &CsvTable) -> Result<Self, StructureError> {
         let column = |name: &str| table.column(name).ok();
         let (first, dofs) = (column("first_row_0based"), column("dofs"));
-        let (node, rotation_node) = (column("node"), column("rotation_node"));
+        let (node, rotation_node, weights) = (column("node"), column("rotation_node"), column("weights"));
         match (first, node) {
             (Some(_), Some(_)) => {
                 let reason =
@@ -191,12 +206,13 @@ impl PlaceColumns {
                         .to_owned();
                 Err(table.fault(table.header_line, reason))
             }
-            (Some(first), None) if rotation_node.is_none() => Ok(Self::Rows { first, dofs }),
-            (None, Some(node)) if dofs.is_none() => Ok(Self::Node { node, rotation_node }),
-            (None, None) if dofs.is_none() && rotation_node.is_none() => Ok(Self::None),
+            (Some(first), None) if rotation_node.or(weights).is_none() => Ok(Self::Rows { first, dofs }),
+            (None, Some(node)) if dofs.is_none() => Ok(Self::Node { node, rotation_node, weights }),
+            (None, None) if dofs.or(rotation_node).or(weights).is_none() => Ok(Self::None),
             _ => {
                 let reason =
-                    "column \"dofs\" goes with \"first_row_0based\", \"rotation_node\" with \"node\"".to_owned();
+                    "column \"dofs\" goes with \"first_row_0based\", \"rotation_node\" and \"weights\" with \"node\""
+                        .to_owned();
                 Err(table.fault(table.header_line, reason))
             }
         }
@@ -217,17 +233,44 @@ impl PlaceColumns {
                     })?,
                 },
             },
-            Self::Node { node, rotation_node } => PointPlace::Node {
-                node: table.field(index, node, "the number of a node", |text| text.parse().ok())?,
-                rotation_node: match rotation_node {
+            Self::Node { node, rotation_node, weights } => {
+                let nodes: Vec<i64> =
+                    table.field(index, node, "the number of a node, or several with blanks between them", numbers)?;
+                let rotation_node = match rotation_node {
                     None => None,
                     Some(column) => table.field(index, column, "the number of a node, or nothing", |text| {
                         if text.is_empty() { Some(None) } else { text.parse().ok().map(Some) }
                     })?,
-                },
-            },
+                };
+                let given = match weights {
+                    None => None,
+                    Some(column) => {
+                        let expected = "one number per node with blanks between them, or nothing";
+                        table.field(index, column, expected, |text| {
+                            if text.is_empty() { Some(None) } else { numbers::<f64>(&table.with_point(text)).map(Some) }
+                        })?
+                    }
+                };
+                let fault = |reason: String| table.fault_in(index, reason);
+                let weighted = WeightedNodes::new(&nodes, given.as_deref())
+                    .map_err(|reason| fault(format!("node: the point {reason}")))?;
+                match (weighted.single(), rotation_node) {
+                    (Some(node), rotation_node) => PointPlace::Node { node, rotation_node },
+                    (None, None) => PointPlace::Nodes(weighted),
+                    (None, Some(_)) => {
+                        let reason = "rotation_node: expected nothing for a point that is several nodes";
+                        return Err(fault(reason.to_owned()));
+                    }
+                }
+            }
         })
     }
+}
+
+/// Numbers with blanks between them; `None` for no number or other text.
+fn numbers<T: std::str::FromStr>(text: &str) -> Option<Vec<T>> {
+    let numbers: Option<Vec<T>> = text.split_whitespace().map(|word| word.parse().ok()).collect();
+    numbers.filter(|numbers| !numbers.is_empty())
 }
 
 /// One interface DOF: a point and one of its six directions.
@@ -372,6 +415,47 @@ mod tests {
         fails(&TABLE.replace("0.2", "NaN"), "line 3: x_m: expected a finite number, found \"NaN\"");
         fails(&TABLE.replace(",6,", ",-6,"), "line 3: first_row_0based: expected a row counted from 0, found \"-6\"");
         fails(&TABLE.replace(",6,", ","), "line 3: expected 6 fields as in the header, found 5");
+    }
+
+    #[test]
+    fn several_nodes_with_weights() {
+        let table = |fields: &str| {
+            let text = format!("name,x_m,y_m,z_m,node,rotation_node,weights\nA,0,0,0,{fields}\n");
+            InterfacePoints::parse("p.csv", &text).map(|points| (points.get("A").expect("known").place.clone(), points))
+        };
+        let nodes = |nodes: &[i64], weights: Option<&[f64]>| {
+            PointPlace::Nodes(WeightedNodes::new(nodes, weights).expect("valid"))
+        };
+        let node = |rotation_node| PointPlace::Node { node: 12, rotation_node };
+        for (fields, expected) in [
+            ("12,,", node(None)),
+            ("12,13,", node(Some(13))),
+            ("12,,3", node(None)),
+            ("12 13 14,,", nodes(&[12, 13, 14], None)),
+            ("12  13 -14,,1 2.5 1e-3", nodes(&[12, 13, -14], Some(&[1.0, 2.5, 1e-3]))),
+        ] {
+            let (place, points) = table(fields).expect(fields);
+            assert_eq!(place, expected);
+            // What is written is read as the same.
+            assert_eq!(InterfacePoints::parse("again", &points.to_csv()).expect("valid"), points);
+        }
+        let fails = |fields: &str, wanted: &str| {
+            let error = table(fields).expect_err(wanted).to_string();
+            assert!(error.contains(&format!("p.csv, line 2: {wanted}")), "{error}");
+        };
+        let semicolons = "name;x_m;y_m;z_m;node;weights\nA;0;0;0;12 13;1,5 0,5\n";
+        let points = InterfacePoints::parse("p.csv", semicolons).expect("valid");
+        assert_eq!(points.get("A").expect("known").place, nodes(&[12, 13], Some(&[1.5, 0.5])));
+        fails(",,", "node: expected the number of a node, or several");
+        fails("12 x,,", "node: expected the number of a node, or several");
+        fails("12 13 12,,", "node: the point has node 12 twice");
+        fails("12 13,,1", "node: the point has 2 nodes but 1 weights");
+        fails("12 13,,1 x", "weights: expected one number per node");
+        fails("12 13,,1 0", "node: the point has the weight 0 of node 13");
+        fails("12 13,,1 nan", "node: the point has the weight NaN of node 13");
+        fails("12 13,14,", "rotation_node: expected nothing for a point that is several nodes");
+        let error = InterfacePoints::parse("p.csv", "name,x_m,y_m,z_m,first_row_0based,weights\nA,0,0,0,0,1\n");
+        assert!(error.expect_err("no nodes").to_string().contains("\"rotation_node\" and \"weights\" with \"node\""));
     }
 
     #[test]

@@ -180,6 +180,7 @@ fn compare(
     reduction: &Reduction,
     mut observer: Observer,
 ) -> Result<QualityReport, StructureError> {
+    let model = reduction.with_means.as_ref().unwrap_or(model);
     let names = dof_names(reduction);
     let curves = Curves { pairs: curve_pairs(&names), frequency_hz: curve_frequencies(settings.cutoff_hz) };
     let Full { inner: full, shapes, flexibility } =

@@ -11,7 +11,7 @@ use super::error::{Step, StructureError};
 use super::modal_table::ModalTable;
 use super::modes::{DirectedPoints, ModesAt};
 use super::own::{CHECK_INPUT, OwnModes, SHIFT, ScaledMatrices};
-use super::points::{Interface, InterfacePoints};
+use super::points::{Interface, InterfacePoint, InterfacePoints, PointPlace};
 use super::selection::SelectionSettings;
 use super::symmetric::congruence;
 use super::truncated_modes::ReductionDemand;
@@ -158,6 +158,13 @@ impl ReducedStructure {
     pub fn from_modal_table(table: &ModalTable, points: InterfacePoints) -> Result<Self, StructureError> {
         let table = &table.at_points(&points);
         table.validate()?;
+        let is_unknown = |name: &str| table.dofs.iter().all(|dof| dof.point != name);
+        let several = |point: &&InterfacePoint| matches!(point.place, PointPlace::Nodes(_)) && is_unknown(&point.name);
+        if let Some(point) = points.iter().find(several) {
+            let name = format!("interface point {}", point.name);
+            let found = "several: a point that is the mean of nodes needs finite element matrices";
+            return Err(StructureError::argument(name, "one node of the modal table", found));
+        }
         for dof in &table.dofs {
             points.get(&dof.point)?;
         }

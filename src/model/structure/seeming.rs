@@ -59,7 +59,7 @@ fn doubtful(model: &FeModel, directions: &[Option<usize>], balance: &Balance) ->
     let mut doubtful: Vec<bool> = (balance.out.iter().zip(directions))
         .map(|(out, direction)| *out == Some(true) && matches!(direction, Some(0..3)))
         .collect();
-    for rows in model.points().iter().filter_map(|point| model.rows_of(&point.name).ok()) {
+    for rows in model.rows_of_points() {
         rows[..3].iter().flatten().for_each(|row| doubtful[*row] = false);
     }
     doubtful

@@ -170,7 +170,7 @@ fn rotation_nodes(model: &FeModel) -> Option<String> {
         view.iter().flat_map(|view| view.iter()).filter(|(_, value)| **value != 0.0).map(|(column, _)| column).collect()
     };
     model.points().iter().find_map(|point| {
-        let PointPlace::Node { node, rotation_node: Some(rotation) } = point.place else { return None };
+        let PointPlace::Node { node, rotation_node: Some(rotation) } = &point.place else { return None };
         let rows = model.rows_of(&point.name).ok()?;
         let of = |rows: &[Option<usize>]| rows.iter().flatten().flat_map(|row| columns(*row)).collect::<BTreeSet<_>>();
         let (moved, turned) = (of(&rows[..3]), of(&rows[3..]));

@@ -7,6 +7,7 @@ use super::elastic::CastingStructureEntry;
 use super::pad::{Pad, PadMaterial};
 use crate::direction::{DOWN, across, unit};
 use crate::parameter::parameters;
+use crate::structure::{NodesEntry, WeightedNodes};
 
 parameters! {
     /// Spring and damper between a point of a casting and a node of the structure. A one-sided fixture is a pad; a fixture with a force is
@@ -21,6 +22,9 @@ parameters! {
             /// Pad from which its stiffness and damping follow, if the study states one.
             #[serde(skip_serializing_if = "Option::is_none")]
             pub pad: Option<Pad>,
+            /// Nodes of an elastic casting that it holds; `None`: the area around `at_m`.
+            #[serde(skip_serializing_if = "Option::is_none")]
+            pub at_nodes: Option<WeightedNodes>,
         }
         typed {
             /// Interface point to which it is fixed.
@@ -34,6 +38,9 @@ parameters! {
             /// As in [`Pad`].
             #[serde(skip_serializing_if = "Option::is_none")]
             pub pad_thickness_m: Option<f64>,
+            /// Nodes of an elastic casting that it holds, instead of `at_m`, in the forms of `strike_nodes` of a hammer.
+            #[serde(skip_serializing_if = "Option::is_none")]
+            pub at_nodes: Option<NodesEntry>,
         }
         /// Point where the fixture holds the casting, x and y from the casting's centre of mass.
         pub at_m: [f64; 2], "m", [finite] usual [-10, 10], "default: above its interface point";
@@ -70,6 +77,14 @@ parameters! {
         own {
             /// Name as in the study.
             pub name: String,
+            /// Nodes of an elastic casting that it is; `None`: the area around `at_m`.
+            #[serde(skip_serializing_if = "Option::is_none")]
+            pub at_nodes: Option<WeightedNodes>,
+        }
+        typed {
+            /// Nodes of an elastic casting, instead of `at_m`, in the forms of `strike_nodes` of a hammer.
+            #[serde(skip_serializing_if = "Option::is_none")]
+            pub at_nodes: Option<NodesEntry>,
         }
         /// Position x, y and z from the casting's centre of mass. For a rigid casting z does not matter.
         pub at_m: [f64; 3], "m", [finite] usual [-10, 10], "default: at the centre of mass";
@@ -98,6 +113,8 @@ parameters! {
             pub cores: Vec<CorePoint>,
             /// Elasticity; `None` for a rigid casting.
             pub elastic: Option<Elastic>,
+            /// Nodes of an elastic casting whose velocity is reported too; `None`: the area around its measuring point.
+            pub measuring_nodes: Option<WeightedNodes>,
         }
         required {
             /// Mass. For an elastic casting it must be within 1 % of the mass of its matrices.
@@ -128,6 +145,10 @@ parameters! {
             /// Sand and binder of its cores in your words, e.g. `cold box, 0.8 %`. It changes no row: `decore export` groups rows by it.
             #[serde(default, skip_serializing_if = "Option::is_none")]
             pub sand_binder: Option<String>,
+            /// Nodes of an elastic casting whose velocity is reported too, instead of `measuring_point_m`, in the forms of `strike_nodes`
+            /// of a hammer.
+            #[serde(skip_serializing_if = "Option::is_none")]
+            pub measuring_nodes: Option<NodesEntry>,
             /// Finite element model of an elastic casting. Default: the casting is rigid.
             #[serde(skip_serializing_if = "Option::is_none")]
             pub structure: Option<CastingStructureEntry>,

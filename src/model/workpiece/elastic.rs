@@ -10,7 +10,7 @@ parameters! {
     /// Finite element model of an elastic casting: matrices without supports, z up, and the settings of its reduction.
     ///
     /// Hammers strike the upper surface at their strike points, fixtures hold the lower surface at `at_m`; each of these points is an area,
-    /// all nodes within `point_radius_m`.
+    /// all nodes within `point_radius_m`, unless the study names the point's nodes.
     #[derive(Serialize)]
     pub struct CastingStructure from CastingStructureEntry {
         typed {

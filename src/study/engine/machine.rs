@@ -3,12 +3,12 @@
 use std::collections::{BTreeMap, HashMap};
 use std::sync::{Arc, Mutex, OnceLock, PoisonError};
 
-use crate::{CastingModel, InterfaceDemand, PointTable, StructureSettings, StructureSource};
+use crate::{InterfaceDemand, PointTable, StructureSettings, StructureSource};
 use decore_model::scene::{Housings, Location, PartId, PointId, STANDARD, Scene};
 use decore_model::structure::{
-    BodyModes, Damping, DirectedPoint, DirectedPoints, ElasticBody, FeModel, InterfacePoints, ModalOptions, ModalTable,
-    ModeSelection, ModelFiles, ModesAt, ReducedStructure, ReductionSettings, RigidMass, SelectionSettings,
-    StructureError, cache_path, reduce, reduce_files,
+    BodyModes, Damping, DirectedPoint, DirectedPoints, ElasticBody, ElasticSettings, FeModel, InterfacePoints,
+    ModalOptions, ModalTable, ModeSelection, ModelFiles, ModesAt, ReducedStructure, ReductionSettings, RigidMass,
+    SelectionSettings, StructureError, cache_path, reduce, reduce_files,
 };
 use decore_model::system::{InterfaceModes, PlacedModes, Residual};
 
@@ -121,19 +121,18 @@ impl SourceModel {
 }
 
 impl ElasticCasting {
-    /// Reads the model of a casting and computes its modes.
+    /// Computes the modes of a casting from its model.
     ///
     /// # Errors
-    /// Faults of its files; see [`ElasticBody::new`].
-    pub(super) fn read(name: &str, model: &CastingModel) -> Result<Self, StructureError> {
-        let fe_model = FeModel::read(&model.files)?;
-        let body = ElasticBody::new(fe_model, model.settings.clone()).map_err(|error| named(error, name))?;
+    /// As for [`ElasticBody::new`].
+    pub(super) fn new(name: &str, model: FeModel, settings: &ElasticSettings) -> Result<Self, StructureError> {
+        let body = ElasticBody::new(model, settings.clone()).map_err(|error| named(error, name))?;
         Ok(Self { name: name.to_owned(), body })
     }
 }
 
 /// An error about a casting, with the casting's name.
-fn named(error: StructureError, casting: &str) -> StructureError {
+pub(super) fn named(error: StructureError, casting: &str) -> StructureError {
     match error {
         StructureError::Argument { name, expected, found } if name == "casting" => {
             StructureError::Argument { name: format!("casting.{casting}.structure"), expected, found }
@@ -268,7 +267,7 @@ impl Machine {
         let mut modes = modes;
         for (casting, CastingPoints { driven, watched }) in &placement.castings {
             let Some(elastic) = self.castings.get(casting) else { continue };
-            let (ids, points): (Vec<PointId>, Vec<DirectedPoint>) = driven.iter().chain(watched).copied().unzip();
+            let (ids, points): (Vec<PointId>, Vec<DirectedPoint>) = driven.iter().chain(watched).cloned().unzip();
             let BodyModes { omega_rad_s, damping_ratio, rows, residual, watched, local } =
                 elastic.body.at(&points, driven.len()).map_err(|error| named(error, &elastic.name))?;
             let shapes = rows.row_iter().map(|row| row.iter().copied().collect());

@@ -10,7 +10,7 @@ use std::sync::atomic::AtomicBool;
 use super::error::{EngineError, MOST_SIGNAL_BYTES};
 use super::info::dataset_info;
 use super::inputs::input_hashes;
-use super::machine::{ElasticCasting, ElasticCastings, Machine, SourceModel};
+use super::machine::{ElasticCasting, ElasticCastings, Machine, SourceModel, named};
 use super::sample::is_drawn;
 use super::signals::KeptSignals;
 use crate::{CheckedStudy, InterfaceDemand, InvalidRow, PointTable, Study};
@@ -21,7 +21,7 @@ use decore_model::run::{
     run_jobs, run_one_by_one,
 };
 use decore_model::scene::{NumericalTwin, Scene};
-use decore_model::structure::StructureError;
+use decore_model::structure::{BodyNodes, FeModel, StructureError};
 use decore_model::system::PlacedModes;
 use decore_statistics::design::Level;
 
@@ -89,8 +89,10 @@ impl Engine {
         let mut inputs = input_hashes("structure", &study.structure().source.files())?;
         let model = SourceModel::read(study.structure())?;
         let demand = InterfaceDemand::of(&study);
-        let checked = CheckedStudy::new(study, model.points())?;
-        let castings = elastic_castings(checked.study(), &mut inputs)?;
+        let read = node_models(&study)?;
+        let points = with_nodes(model.points(), &study, &read)?;
+        let checked = CheckedStudy::new(study, points)?;
+        let castings = elastic_castings(checked.study(), read, &mut inputs)?;
         let machine = Machine::new(model, checked.study().structure(), (&demand, &castings))?;
         let mut further = Vec::new();
         for (name, settings) in checked.study().structures() {
@@ -340,13 +342,39 @@ impl JobSource for Jobs<'_> {
     }
 }
 
-/// Reads the elastic castings of a study and computes their modes; adds the checksums of their files.
-fn elastic_castings(study: &Study, inputs: &mut BTreeMap<String, String>) -> Result<ElasticCastings, EngineError> {
+/// Models of elastic castings by the castings' indices.
+type CastingModels = BTreeMap<usize, FeModel>;
+
+/// Reads the models of all elastic castings if the study has points that are nodes: their places belong to the rows.
+fn node_models(study: &Study) -> Result<CastingModels, EngineError> {
+    let named = study.elastic_castings().iter().filter(|_| study.names_nodes());
+    named.map(|(index, (_, model))| Ok((*index, FeModel::read(&model.files)?))).collect()
+}
+
+/// Adds the nodes of castings to the points of the machine.
+fn with_nodes(points: PointTable, study: &Study, models: &CastingModels) -> Result<PointTable, EngineError> {
+    let mut points = points;
+    for (index, model) in models {
+        let Some((name, _)) = study.elastic_castings().get(index) else { continue };
+        points = points.with_nodes(name, BodyNodes::new(model).map_err(|error| named(error, name))?);
+    }
+    Ok(points)
+}
+
+/// Computes the modes of a study's elastic castings; adds the checksums of their files. `read`: models that have been read.
+fn elastic_castings(
+    study: &Study,
+    mut read: CastingModels,
+    inputs: &mut BTreeMap<String, String>,
+) -> Result<ElasticCastings, EngineError> {
     let mut castings = BTreeMap::new();
-    for (index, (name, model)) in study.elastic_castings() {
-        let files = model.listed();
-        inputs.extend(input_hashes(&format!("casting.{name}.structure"), &files)?);
-        castings.insert(*index, ElasticCasting::read(name, model)?);
+    for (index, (name, casting)) in study.elastic_castings() {
+        inputs.extend(input_hashes(&format!("casting.{name}.structure"), &casting.listed())?);
+        let model = match read.remove(index) {
+            Some(model) => model,
+            None => FeModel::read(&casting.files)?,
+        };
+        castings.insert(*index, ElasticCasting::new(name, model, &casting.settings)?);
     }
     Ok(Arc::new(castings))
 }
@@ -372,6 +400,7 @@ fn same_points(table: &str, demand: &InterfaceDemand, [first, other]: [&PointTab
 /// What is wrong with the study or the files of its machine.
 pub fn checked(study: Study) -> Result<CheckedStudy, EngineError> {
     let points = SourceModel::read(study.structure())?.points();
+    let points = with_nodes(points, &study, &node_models(&study)?)?;
     let checked = CheckedStudy::new(study, points)?;
     check_goal(&checked)?;
     Ok(checked)

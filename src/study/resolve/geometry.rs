@@ -33,7 +33,7 @@ pub(crate) fn check(hammers: &[HammerUnit], castings: &[Casting], points: &Point
                 casting.name,
                 words(strike, hammer.axis())
             );
-            fault(format!("hammer.{}.strike_point_m", hammer.name), message);
+            fault(format!("hammer.{}.{}", hammer.name, hammer.strike_key()), message);
         }
         for other in &hammers[..h] {
             let Some(taken) = place(other) else { continue };
@@ -69,7 +69,8 @@ pub(crate) fn check(hammers: &[HammerUnit], castings: &[Casting], points: &Point
                     fixture.point,
                     words(point, axis)
                 );
-                fault(format!("casting.{}.fixture.{}.at_m", casting.name, fixture.name), message);
+                let key = if fixture.at_nodes.is_some() { "at_nodes" } else { "at_m" };
+                fault(format!("casting.{}.fixture.{}.{key}", casting.name, fixture.name), message);
             }
         }
     }

@@ -4,6 +4,7 @@ mod geometry;
 pub(super) mod issue;
 mod layers;
 pub(super) mod library;
+pub(super) mod nodes;
 pub(super) mod placement;
 pub(super) mod rows;
 pub(super) mod scene;

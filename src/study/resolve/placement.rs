@@ -1,22 +1,25 @@
-//! Positions of hammers: interface points with their coordinates, and rails through them.
+//! Positions of hammers: interface points with their coordinates, and rails through them. Nodes of elastic castings.
 
 use std::collections::BTreeMap;
+use std::sync::Arc;
 
 use decore_model::scene::Mount;
+use decore_model::structure::BodyNodes;
 use decore_quantity::words::nearest;
 
 /// Lengths below this in m are rounding.
 const LENGTH_TOLERANCE_M: f64 = 1e-9;
 
-/// Named interface points of a structure and their positions x, y, z in m.
-#[derive(Debug, Clone, Default, PartialEq)]
+/// Named interface points of a structure and their positions x, y, z in m, and the nodes of elastic castings whose points are nodes.
+#[derive(Debug, Clone, Default)]
 pub struct PointTable {
     positions: BTreeMap<String, [f64; 3]>,
+    nodes: BTreeMap<String, Arc<BodyNodes>>,
 }
 
 impl FromIterator<(String, [f64; 3])> for PointTable {
     fn from_iter<I: IntoIterator<Item = (String, [f64; 3])>>(points: I) -> Self {
-        Self { positions: points.into_iter().collect() }
+        Self { positions: points.into_iter().collect(), nodes: BTreeMap::new() }
     }
 }
 
@@ -24,6 +27,17 @@ impl PointTable {
     /// Position x, y, z in m; `None` for an unknown point.
     pub fn position(&self, name: &str) -> Option<[f64; 3]> {
         self.positions.get(name).copied()
+    }
+
+    /// The table with the nodes of an elastic casting.
+    pub fn with_nodes(mut self, casting: &str, nodes: BodyNodes) -> Self {
+        self.nodes.insert(casting.to_owned(), Arc::new(nodes));
+        self
+    }
+
+    /// Nodes of an elastic casting; `None` where they were not read.
+    pub fn nodes(&self, casting: &str) -> Option<&BodyNodes> {
+        self.nodes.get(casting).map(Arc::as_ref)
     }
 
     /// The known name most like `name`, for messages.

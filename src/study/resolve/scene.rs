@@ -3,6 +3,7 @@
 use super::geometry;
 use super::issue::Issue;
 use super::library::Library;
+use super::nodes::{NodesKey, NodesOf, PlacedNodes};
 use super::placement::{Placed, PlacementError, PointTable, Rail, at_point, on_rail};
 use crate::file::{Geometry, StudyFile};
 use decore_model::direction::{DOWN, perpendicular};
@@ -111,36 +112,77 @@ fn casting(name: &str, entry: &CastingEntry, points: &PointTable, issues: &mut V
     let [mean_x, mean_y, mean_z] = mean(&places);
     let [x, y] = entry.centre_m.unwrap_or([mean_x, mean_y]);
     let centre = [x, y, entry.centre_height_m.unwrap_or(mean_z)];
+    let nodes = NodesOf { casting: name, is_elastic: entry.structure.is_some(), points };
     let known = entry.fixture.iter().filter(|(_, fixture)| points.position(&fixture.point).is_some());
     let fixtures = known.zip(&places).map(|((fixture, fixture_entry), place)| {
-        let pad = pad(&format!("casting.{name}.fixture.{fixture}"), fixture_entry).unwrap_or_else(|issue| {
-            issues.push(issue);
-            None
-        });
-        fixture_of(fixture, fixture_entry, pad, [0, 1, 2].map(|axis| place[axis] - centre[axis]))
+        let above = [0, 1, 2].map(|axis| place[axis] - centre[axis]);
+        fixture_of((fixture, fixture_entry), above, nodes, issues)
     });
     let fixtures = fixtures.collect();
-    let core = |(core, entry): (&String, &CorePointEntry)| {
-        entry.over(CorePoint { name: core.clone(), ..CorePoint::default() })
+    let cores = entry.core.iter().map(|(core, entry)| core_of(core, entry, nodes, issues)).collect();
+    let key = NodesKey {
+        table: format!("casting.{name}"),
+        key: "measuring_nodes",
+        entry: entry.measuring_nodes.as_ref(),
+        beside: &[
+            ("measuring_point_m", entry.measuring_point_m.is_some()),
+            ("measuring_height_m", entry.measuring_height_m.is_some()),
+        ],
     };
+    let measured = nodes.resolve(key, issues);
+    let measured_m = measured.as_ref().map(|(_, place)| *place);
     let elastic = |structure: &CastingStructureEntry| Elastic {
         contact_includes_casting: structure.contact_includes_casting.unwrap_or(true),
     };
     entry.over(Casting {
         name: name.to_string(),
         fixtures,
-        cores: entry.core.iter().map(core).collect(),
+        cores,
         elastic: entry.structure.as_ref().map(elastic),
+        measuring_point_m: measured_m.map(|[x, y, _]| [x, y]),
+        measuring_height_m: measured_m.map_or(0.0, |[_, _, z]| z),
+        measuring_nodes: measured.map(|(nodes, _)| nodes),
         centre_m: [x, y],
         centre_height_m: centre[2],
         ..Casting::default()
     })
 }
 
-fn fixture_of(name: &str, entry: &FixtureEntry, pad: Option<Pad>, [x, y, z]: [f64; 3]) -> Fixture {
+fn core_of(name: &str, entry: &CorePointEntry, nodes: NodesOf<'_>, issues: &mut Vec<Issue>) -> CorePoint {
+    let key = NodesKey {
+        table: format!("casting.{}.core.{name}", nodes.casting),
+        key: "at_nodes",
+        entry: entry.at_nodes.as_ref(),
+        beside: &[("at_m", entry.at_m.is_some())],
+    };
+    let (at_nodes, at_m) = nodes.resolve(key, issues).unzip();
+    entry.over(CorePoint { name: name.to_owned(), at_nodes, at_m: at_m.unwrap_or_default() })
+}
+
+/// A fixture that holds the casting at a place above its interface point, from the centre of mass, unless its table states another one.
+fn fixture_of(
+    (name, entry): (&str, &FixtureEntry),
+    above: [f64; 3],
+    nodes: NodesOf<'_>,
+    issues: &mut Vec<Issue>,
+) -> Fixture {
+    let table = format!("casting.{}.fixture.{name}", nodes.casting);
+    let pad = pad(&table, entry).unwrap_or_else(|issue| {
+        issues.push(issue);
+        None
+    });
+    let key = NodesKey {
+        table,
+        key: "at_nodes",
+        entry: entry.at_nodes.as_ref(),
+        beside: &[("at_m", entry.at_m.is_some()), ("height_m", entry.height_m.is_some())],
+    };
+    let (at_nodes, place) = nodes.resolve(key, issues).unzip();
+    let [x, y, z] = place.unwrap_or(above);
     let default = Fixture::default();
     let [stiffness_n_per_m, damping_n_s_per_m] = pad.map_or(default.spring(), |pad| pad.spring());
     entry.over(Fixture {
+        at_nodes,
         name: name.to_string(),
         point: entry.point.clone(),
         pad,
@@ -210,7 +252,9 @@ impl HammerResolver<'_> {
         let centre = self.castings.get(casting).map_or([0.0; 3], Casting::centre_place_m);
         // By default the hammer strikes the point of its axis that is nearest to the centre of mass.
         let mount = [0, 1, 2].map(|axis| placed.position[axis] - centre[axis]);
-        let [x, y, z] = perpendicular(mount, entry.strike_axis.unwrap_or(DOWN));
+        let nearest = perpendicular(mount, entry.strike_axis.unwrap_or(DOWN));
+        let (strike_nodes, place) = self.strike_nodes(casting, issues).unzip();
+        let [x, y, z] = place.unwrap_or(nearest);
         let supply = entry.supply_bar.map_or_else(Supply::default, |supply_bar| Supply { supply_bar });
         Some(entry.over(HammerUnit {
             name: self.name.to_string(),
@@ -220,8 +264,25 @@ impl HammerResolver<'_> {
             casting,
             strike_point_m: [x, y],
             strike_height_m: z,
+            strike_nodes,
             ..HammerUnit::default()
         }))
+    }
+
+    fn strike_nodes(&self, casting: usize, issues: &mut Vec<Issue>) -> Option<PlacedNodes> {
+        let entry = self.entry;
+        let casting = self.castings.get(casting)?;
+        let key = NodesKey {
+            table: format!("hammer.{}", self.name),
+            key: "strike_nodes",
+            entry: entry.strike_nodes.as_ref(),
+            beside: &[
+                ("strike_point_m", entry.strike_point_m.is_some()),
+                ("strike_height_m", entry.strike_height_m.is_some()),
+            ],
+        };
+        let (is_elastic, points) = (casting.elastic.is_some(), self.context.points);
+        NodesOf { casting: &casting.name, is_elastic, points }.resolve(key, issues)
     }
 
     fn place(&self) -> Result<Placed, Issue> {
