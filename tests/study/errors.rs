@@ -23,7 +23,7 @@ fn a_message_shows_the_line_the_key_and_the_nearest_name() {
             " 7 | suply_bar = 5.0",
             "   | ^^^^^^^^^",
             "  expected: one of casting, file, gate_delay_s, mount, parameters, rail, rail_position_m, standoff_m, \
-             start_time_s, strike_axis, strike_height_m, strike_point_m, supply_bar, supply_switch_times_s",
+             start_time_s, strike_axis, strike_height_m, strike_nodes, strike_point_m, supply_bar, supply_switch_times_s",
             "  did you mean `supply_bar`?",
         ]
         .join("\n")
