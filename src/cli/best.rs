@@ -30,7 +30,7 @@ pub(super) struct BestArguments {
     /// Added rows are written to the folder with this name plus `.best`.
     #[arg(short, long, conflicts_with = "files_in")]
     output: Option<PathBuf>,
-    /// Maximum number of added rows, checks included
+    /// Maximum number of added rows, comparisons and checks included
     #[arg(long, default_value_t = 160, value_name = "ROWS")]
     rows: u32,
     /// Rows that confirm the proposal; 0: no check
@@ -181,7 +181,11 @@ impl Course for Sought<'_> {
                 Ok(Enough::Enough)
             }
             Step::More { rows: more, purpose, progress } => {
-                let what = if purpose == Purpose::Check { "to prove it" } else { "to learn from" };
+                let what = match purpose {
+                    Purpose::Learn => "to learn from",
+                    Purpose::Compare => "to compare the best places",
+                    Purpose::Check => "to prove a place",
+                };
                 eprint_line(&format_args!("{progress}; {} {what}", plural(more.len(), "row")));
                 let question = self.engine.study().goal().map_or_else(String::new, question);
                 let more = more.into_iter().map(|cells| Added { purpose, question: question.clone(), cells });

@@ -7,7 +7,7 @@ use super::model::{ModelData, model_data};
 use super::site::{CastingPlan, Named, rails_plan};
 use decore_dataset::{DatasetReader, TableName};
 use decore_lab::best::{
-    Added, Answer, AnswerView, Purpose, ShownValue, There, Track, added_file, added_folder, answer_view, read_added,
+    Added, Answer, AnswerView, ShownValue, There, Track, added_file, added_folder, answer_view, read_added,
 };
 use decore_lab::surrogate::{Model, SurrogateSettings, fit_with};
 use decore_model::metrics::{Aggregates, CoreTotals, RunTotals};
@@ -95,11 +95,11 @@ fn further(reader: &DatasetReader, added: Option<&DatasetReader>, known: &Model)
     fit_with(reader, &added, &SurrogateSettings { outputs, ..SurrogateSettings::default() }).ok()
 }
 
-/// The rows that `decore best` added to a dataset, checks that are still under way left out.
+/// The rows that `decore best` added to a dataset.
 fn added(reader: &DatasetReader, study: &CheckedStudy) -> Result<Option<(DatasetReader, Vec<Added>)>, String> {
     let (folder, file) = (added_folder(reader.folder()), added_file(reader.folder()));
     let Ok(added) = DatasetReader::open(&folder) else { return Ok(None) };
-    let mut rows = read_added(&file, study.study())?;
+    let rows = read_added(&file, study.study())?;
     let own = study.study().with_rows(&file).map_err(|error| error.to_string())?;
     let own = checked(own).map_err(|error| error.to_string())?;
     if own.frame_hash() != added.manifest().study.frame_hash {
@@ -108,11 +108,6 @@ fn added(reader: &DatasetReader, study: &CheckedStudy) -> Result<Option<(Dataset
             folder.display(),
             file.display()
         ));
-    }
-    let there: u64 = added.parts(TableName::Runs).iter().map(|part| part.records).sum();
-    if there < rows.len() as u64 {
-        let learned = rows.iter().rposition(|row| row.purpose == Purpose::Learn).map_or(0, |last| last + 1);
-        rows.truncate(learned);
     }
     Ok(Some((added, rows)))
 }

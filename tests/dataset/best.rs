@@ -117,6 +117,44 @@ fn an_answer_is_proven_and_the_same_after_a_kill() {
     assert_eq!(again, answer);
 }
 
+/// The best places are compared by runs before one is proven; an interruption while they run changes nothing.
+#[test]
+fn places_are_compared_before_one_is_proven() {
+    let goal = format!("{ENERGY}\nlimits = [\"max_casting_point_velocity_m_s <= 100\"]");
+    let arguments = ["--rows", "48", "--checks", "20", "--batch", "4", "--json"];
+    let whole = Study::new(&goal, FACTORS);
+    let answer: Value = serde_json::from_slice(&expect_code(whole.best(&arguments), 0).stdout).expect("JSON");
+    assert_eq!((&answer["verdict"], &answer["proof"]["runs"]), (&Value::from("proven"), &Value::from(20)), "{answer}");
+    let compared =
+        answer["alternatives"].as_array().expect("alternatives").iter().filter(|one| one["proof"].is_object());
+    let energies: Vec<f64> = compared
+        .inspect(|one| {
+            assert_eq!((&one["proof"]["runs"], &one["proof"]["held"]), (&Value::from(4), &Value::from(4)), "{one}")
+        })
+        .map(|one| one["goal"].as_f64().expect("a number"))
+        .collect();
+    assert!(
+        !energies.is_empty() && energies.iter().all(|one| *one < answer["goal"]["mean"].as_f64().expect("a number")),
+        "{answer}"
+    );
+    let rows = whole.rows();
+    let purposes: Vec<&str> = rows.lines().skip(1).filter_map(|line| line.split(',').nth(2)).collect();
+    let first = purposes.iter().position(|purpose| *purpose == "compare").expect("rows to compare");
+    assert!(purposes[..first].iter().all(|purpose| *purpose == "learn") && purposes.contains(&"check"), "{rows}");
+
+    let killed = Study::new(&goal, FACTORS);
+    let mut child = killed.best(&arguments).env("RAYON_NUM_THREADS", "1").spawn().expect("starts");
+    let begun = Instant::now();
+    while !killed.rows().contains(",compare,") && begun.elapsed() < Duration::from_secs(120) {
+        std::thread::sleep(Duration::from_millis(2));
+    }
+    child.kill().expect("killed");
+    child.wait().expect("ended");
+    let again: Value = serde_json::from_slice(&expect_code(killed.best(&arguments), 0).stdout).expect("JSON");
+    assert_eq!((again, killed.rows()), (answer, rows));
+    assert_same(&killed.file("out.best"), &whole.file("out.best"));
+}
+
 #[test]
 fn limits_that_nothing_holds_are_named_with_the_nearest_place() {
     let study = Study::new(&format!("{ENERGY}\nlimits = [\"max_casting_point_velocity_m_s <= 0.01\"]"), FACTORS);

@@ -42,7 +42,7 @@ function answerTable(answer) {
   const named = (text) => nameOf({ text, unit: answer.limits.find((limit) => limit.text === text)?.unit ?? '' });
   const all = (settings) => settings.map((one) => `${words(one.factor)} ${typeof one.value === 'number' ? withUnit(brief(one.value), one.unit) : one.value}`).join(', ');
   const lines = [
-    ...answer.alternatives.map((one, k) => [`Alternative ${k + 1}`, `${all(one.settings)}: ${[one.goal, ...one.reached].map(unit).join(', ')}`]),
+    ...answer.alternatives.map((one, k) => [`Alternative ${k + 1}`, `${all(one.settings)}: ${[one.goal, ...one.reached].map(unit).join(', ')}, ${one.proof ? `held in ${one.proof.held} of ${one.proof.runs} runs` : 'predicted'}`]),
     ...answer.looser.map((one) => [`If ${named(one.text)} could reach ${brief(one.limit)}`, one.goal === null ? 'no place is within the limits' : `${unit(one.goal, 0)} with ${all(one.settings)}`]),
     ...[...answer.factors].sort((p, q) => q.goal - p.goal).map((one) => [`Effect of ${words(one.factor)}`, `${[one.goal, ...one.limits].map(unit).join(', ')} over ${one.decision ? 'a tenth of its range to either side' : 'its 5 % to 95 % points'}`]),
     ['Uncertainty of the goal', `${unit(answer.uncertainty.factors, 0)} by the uncertain factors, ${unit(answer.uncertainty.model, 0)} by the models, ${unit(answer.uncertainty.scatter, 0)} by scatter (standard deviations)`],

@@ -43,7 +43,7 @@ pub fn read_added(file: &Path, study: &Study) -> Result<Vec<Added>, String> {
         let (question, purpose) = (cells.pop().unwrap_or_default(), cells.pop().unwrap_or_default());
         let known = Purpose::read(&purpose);
         known.map(|purpose| Added { purpose, question, cells }).ok_or_else(|| {
-            format!("{}: `{purpose}` in column `purpose` is neither `learn` nor `check`", file.display())
+            format!("{}: `{purpose}` in column `purpose` is none of `learn`, `compare`, `check`", file.display())
         })
     };
     column_rows(file, &names)?.into_iter().map(|row| read(row.cells)).collect()

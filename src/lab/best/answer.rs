@@ -4,10 +4,12 @@ use super::checks::Checks;
 use super::error::BestError;
 use super::model::{Expected, Models};
 use super::result::{Alternative, Answer, Effect, Estimate, LimitState, Looser, Proof, Setting, Uncertainty, Verdict};
+use super::rivals::{ALTERNATIVES, COMPARED, may_exceed, noticeably};
 use super::search::Pool;
 use super::space::{Decision, Space};
-use super::task::{BestSettings, There};
+use super::task::{BestSettings, Purpose, There};
 use super::text;
+use super::trials::Trials;
 use crate::refinement::Side;
 use decore_statistics::design::Level;
 use decore_study::{CheckedStudy, FactorInfo};
@@ -16,10 +18,6 @@ use decore_study::{CheckedStudy, FactorInfo};
 const MOVED: f64 = 0.1;
 /// Shares of the distribution between which the effect of an uncertain factor is taken.
 const BETWEEN: [f64; 2] = [0.05, 0.95];
-/// Least distance between alternatives, as a share of a range.
-const ELSEWHERE: f64 = 0.15;
-/// Number of alternatives.
-const ALTERNATIVES: usize = 3;
 /// Share by which a limit is loosened.
 const LOOSER: f64 = 0.1;
 /// Share of the runs on either side of an interval.
@@ -32,7 +30,7 @@ const LEAST_Q2: f64 = 0.5;
 /// Inputs of an answer, apart from the models.
 pub(super) struct Asked<'a> {
     pub study: &'a CheckedStudy,
-    pub checked: Option<Checks>,
+    pub trials: &'a Trials,
     pub settings: &'a BestSettings,
     pub there: There<'a>,
 }
@@ -40,10 +38,13 @@ pub(super) struct Asked<'a> {
 /// Makes the answer.
 pub(super) fn answer(mut pool: Pool<'_>, asked: &Asked<'_>) -> Result<Answer, BestError> {
     let (space, models, bounds) = (pool.space, pool.models, pool.models.bounds());
-    let checks = asked.checked.as_ref();
-    // Propose exactly the checked decision, even if its rows have changed the models.
-    let decision = checks.and_then(|_| space.decision_of(&asked.there.rows.last()?.cells));
-    let decision = decision.unwrap_or_else(|| pool.all[pool.best(&bounds).0].decision.clone());
+    let trials = asked.trials;
+    // Without a proof: the last decision that was checked, if nothing was learned since.
+    let last = trials.all.last().filter(|last| last.purpose == Purpose::Check);
+    let refuted = last.filter(|last| last.runs.rows[1] + 1 == asked.there.rows.len() as u64);
+    let trial = trials.proven().map(|(trial, _)| trial).or(refuted);
+    let checks = trial.map(|trial| &trial.runs);
+    let decision = trial.map_or_else(|| pool.all[pool.best(&bounds).0].decision.clone(), |own| own.decision.clone());
     let found = models.expected(space, std::slice::from_ref(&decision))?;
     let [found] = found.as_slice() else { return Err(BestError::NoDecision) };
     let merit = pool.merit(found, &bounds);
@@ -55,7 +56,10 @@ pub(super) fn answer(mut pool: Pool<'_>, asked: &Asked<'_>) -> Result<Answer, Be
         None if found.held(&models.wanted, &bounds, -models.caution()) >= models.confidence => Verdict::Unsure,
         None => Verdict::Infeasible,
     };
-    let alternatives = alternatives(&pool, &decision);
+    let others = elsewhere(&pool, trials, &decision);
+    let alternatives = others.iter().map(|one| alternative(&pool, trials, *one)).collect();
+    let mut notes = notes(models, (asked.settings, asked.there.rows.len()), verdict);
+    notes.extend(trials.proven().and_then(|(_, goal)| unproven(&pool, asked, (&others, goal))));
     let looser = looser(&mut pool, &limits)?;
     let mut answer = Answer {
         study: asked.study.study().title().to_owned(),
@@ -65,22 +69,21 @@ pub(super) fn answer(mut pool: Pool<'_>, asked: &Asked<'_>) -> Result<Answer, Be
         settings: settings(space, &decision),
         goal: estimate(models, found, checks),
         share: merit.share,
-        proof: checks.map(|checks| Proof {
-            runs: checks.count,
-            held: checks.held,
-            failed: checks.failed,
-            rows: checks.rows,
-        }),
+        proof: checks.map(proof),
         rows: models.output(0).0.used,
         factors: effects(space, models, &decision)?,
         uncertainty: uncertainty(space, models, found),
-        notes: notes(models, (asked.settings, asked.there.rows.len()), verdict),
+        notes,
         limits,
         alternatives,
         looser,
     };
     answer.sentence = text::sentence(&answer, asked.study.study().hammer_names().len() == 1);
     Ok(answer)
+}
+
+fn proof(checks: &Checks) -> Proof {
+    Proof { runs: checks.count, held: checks.held, failed: checks.failed, rows: checks.rows }
 }
 
 fn settings(space: &Space<'_>, decision: &Decision) -> Vec<Setting> {
@@ -133,45 +136,46 @@ fn limit_states(models: &Models, found: &Expected, checks: Option<&Checks>) -> V
 }
 
 /// The best decisions within the limits at other places: different in a factor that moves a hammer, if there is one, otherwise in any
-/// factor.
-fn alternatives(pool: &Pool<'_>, decision: &Decision) -> Vec<Alternative> {
-    let (space, models, bounds) = (pool.space, pool.models, pool.models.bounds());
-    let moves = |place: usize| {
-        let is_place = |path: &String| {
-            path.starts_with("hammer.") && ["rail_position_m", "mount", "rail"].iter().any(|end| path.ends_with(end))
-        };
-        space.info(place).paths().iter().any(is_place)
+/// factor. Of decisions at one place, one that was run comes first.
+fn elsewhere(pool: &Pool<'_>, trials: &Trials, decision: &Decision) -> Vec<usize> {
+    let bounds = pool.models.bounds();
+    let holds = |one: &usize| {
+        let of = &pool.all[*one];
+        let checks = trials.of(&of.decision).filter(|trial| trial.purpose == Purpose::Check);
+        checks.map_or_else(|| pool.merit(of, &bounds).holds, |trial| trial.runs.are_held(pool.models.confidence))
     };
-    let mut movers: Vec<usize> = (0..decision.len()).filter(|place| moves(*place)).collect();
-    if movers.is_empty() {
-        movers = (0..decision.len()).collect();
+    let ranked: Vec<usize> = pool.ranked(&bounds, (usize::MAX, 0.0)).into_iter().filter(holds).collect();
+    let (run, others): (Vec<usize>, Vec<usize>) = ranked.iter().partition(|one| **one < pool.run);
+    let found = pool.elsewhere(run.into_iter().chain(others), std::slice::from_ref(decision), usize::MAX);
+    ranked.into_iter().filter(|one| found.contains(one)).take(ALTERNATIVES).collect()
+}
+
+/// An alternative with the figures of its runs, otherwise of the models.
+fn alternative(pool: &Pool<'_>, trials: &Trials, one: usize) -> Alternative {
+    let (of, models) = (&pool.all[one], pool.models);
+    let runs = trials.of(&of.decision).map(|trial| &trial.runs);
+    Alternative {
+        settings: settings(pool.space, &of.decision),
+        goal: estimate(models, of, runs).mean,
+        reached: limit_states(models, of, runs).iter().map(|limit| limit.reached).collect(),
+        share: pool.merit(of, &models.bounds()).share,
+        proof: runs.map(proof),
     }
-    let place_of = |decision: &Decision| {
-        let place = space.place(decision);
-        movers.iter().map(|mover| place[*mover]).collect::<Vec<f64>>()
+}
+
+/// A note about alternatives that may be better than the proven decision, but are not proven.
+fn unproven(pool: &Pool<'_>, asked: &Asked<'_>, (others, goal): (&[usize], f64)) -> Option<String> {
+    let trial = |one: &usize| asked.trials.of(&pool.all[*one].decision);
+    let is_open = |one: &&usize| {
+        trial(one).is_none_or(|trial| trial.purpose == Purpose::Compare)
+            && may_exceed(pool, (**one, pool.models.caution()), noticeably(goal))
     };
-    let mut taken = vec![place_of(decision)];
-    let mut found = Vec::new();
-    for one in pool.ranked(&bounds, (usize::MAX, 0.0)) {
-        let of = &pool.all[one];
-        let (merit, place) = (pool.merit(of, &bounds), place_of(&of.decision));
-        if found.len() == ALTERNATIVES || !merit.holds {
-            break;
-        }
-        if crate::refinement::is_apart(&place, &taken, ELSEWHERE) {
-            let reached = |(place, wanted): (usize, &super::model::Wanted)| {
-                of.quantile(place, wanted.side, (models.confidence, models.caution()))
-            };
-            found.push(Alternative {
-                settings: settings(space, &of.decision),
-                goal: of.goal(),
-                reached: models.wanted.iter().enumerate().skip(1).map(reached).collect(),
-                share: merit.share,
-            });
-            taken.push(place);
-        }
-    }
-    found
+    let open: Vec<&usize> = others.iter().filter(is_open).collect();
+    let compared = if open.iter().all(|one| trial(one).is_some()) { 0 } else { COMPARED };
+    let rows = asked.there.rows.len() + compared + asked.settings.checks;
+    let be = if open.len() == 1 { "Another place may be better" } else { "Other places may be better" };
+    (!open.is_empty() && asked.settings.checks > 0)
+        .then(|| format!("{be}: no rows are left to check, give at least --rows {rows}."))
 }
 
 /// Computes the gain of each active limit if it is relaxed by a tenth.

@@ -1,13 +1,9 @@
-//! Rows that prove a proposal.
+//! Runs of a decision.
 
-use super::error::BestError;
 use super::model::Models;
-use super::task::{Added, Purpose};
-use decore_dataset::{DatasetReader, RowRecord, TableName};
-use decore_model::run::{RowOutcome, RowStatus};
-use decore_quantity::{Cell, Value};
+use std::ops::Range;
 
-/// The rows of the last proposal.
+/// Runs of a decision.
 #[derive(Debug, Clone, PartialEq)]
 pub(super) struct Checks {
     /// Number of rows.
@@ -23,48 +19,21 @@ pub(super) struct Checks {
 }
 
 impl Checks {
-    /// Reads the last rows that were added as checks.
-    pub fn read(reader: &DatasetReader, models: &Models, added: &[Added]) -> Result<Self, BestError> {
-        let last = added.last();
-        let same =
-            |row: &&Added| row.purpose == Purpose::Check && last.is_some_and(|last| last.question == row.question);
-        let count = added.iter().rev().take_while(same).count();
-        let first = (added.len() - count) as u64;
-        let mut names = vec![RowRecord::row.name, RowOutcome::status.name];
-        let places: Vec<std::ops::Range<usize>> = (models.wanted.iter())
-            .map(|wanted| {
-                let from = names.len() - 2;
-                names.extend(wanted.columns().iter().map(String::as_str));
-                from..names.len() - 2
-            })
-            .collect();
-        let mut found = Self {
-            count,
-            held: 0,
-            failed: count,
-            values: vec![Vec::new(); places.len()],
-            rows: [first, first + count as u64 - 1],
-        };
-        reader.visit(TableName::Runs, &names, |cells| found.take(cells, models, (first, &places)))?;
-        found.values.iter_mut().for_each(|values| values.sort_by(f64::total_cmp));
-        Ok(found)
+    /// No row of these has been read yet. `values`: number of values of the goal and the limits.
+    pub fn unread(rows: &Range<usize>, values: usize) -> Self {
+        let count = rows.len();
+        let ends = [rows.start as u64, rows.end as u64 - 1];
+        Self { count, held: 0, failed: count, values: vec![Vec::new(); values], rows: ends }
     }
 
-    fn take(&mut self, cells: &[Cell<'_>], models: &Models, (first, places): (u64, &[std::ops::Range<usize>])) {
-        let [Some(Value::Count(row)), Some(Value::Text(status)), cells @ ..] = cells else { return };
-        if *row < first || *status != RowStatus::Done.name() {
-            return;
-        }
-        let number = |cell: &Cell<'_>| cell.and_then(|value| value.number()).unwrap_or(f64::NAN);
-        let numbers: Vec<f64> = cells.iter().map(number).collect();
-        let values: Vec<f64> =
-            models.wanted.iter().zip(places).map(|(wanted, place)| wanted.value(&numbers[place.clone()])).collect();
+    /// Takes the values of a row that is done: the goal, then each limit.
+    pub fn take(&mut self, values: &[f64], models: &Models) {
         if values.iter().any(|value| value.is_nan()) {
             return;
         }
         self.failed -= 1;
-        self.held += usize::from(models.wanted.iter().zip(&values).all(|(wanted, value)| wanted.holds(*value)));
-        self.values.iter_mut().zip(values).for_each(|(all, value)| all.push(value));
+        self.held += usize::from(models.wanted.iter().zip(values).all(|(wanted, value)| wanted.holds(*value)));
+        self.values.iter_mut().zip(values).for_each(|(all, value)| all.push(*value));
     }
 
     /// Whether so large a share of them holds all limits.

@@ -6,6 +6,8 @@
 //!                                  robust: averages, quantiles
 //! ```
 //!
+//! `plan` decides the rows: rows to learn, runs that compare places (`rivals`), checks. `trials` reads the runs of decisions.
+//!
 //! Each step is a function of the study, the settings and the earlier rows. After an interruption the same rows are chosen again.
 
 mod added;
@@ -15,11 +17,13 @@ mod error;
 mod model;
 mod plan;
 mod result;
+mod rivals;
 pub mod robust;
 mod search;
 mod space;
 mod task;
 mod text;
+mod trials;
 mod view;
 
 pub use added::{ADDED_COLUMNS, added_file, added_folder, read_added};

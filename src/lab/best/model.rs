@@ -226,6 +226,11 @@ impl Models {
         normal_quantile(self.confidence)
     }
 
+    /// Sign by which large values of the goal are better.
+    pub fn sign(&self) -> f64 {
+        if self.wanted[0].side == Side::Most { 1.0 } else { -1.0 }
+    }
+
     pub fn output(&self, place: usize) -> (&OutputSurrogate, &OutputModel) {
         (&self.model.surrogate.outputs[self.of[place]], &self.model.outputs[self.of[place]])
     }

@@ -1,24 +1,25 @@
-//! Rows to run next: rows that narrow the choice, then the proposal with draws of the uncertain factors.
+//! Rows to run next: rows that narrow the choice, rows that compare the best places, then the proposal with draws of the uncertain factors.
 
 use super::answer::{Asked, answer};
-use super::checks::Checks;
 use super::error::BestError;
 use super::model::Models;
 use super::result::Answer;
+use super::rivals::{ALTERNATIVES, COMPARED, candidate, drawn, noticeably, rivals};
 use super::search::Pool;
 use super::space::Space;
 use super::task::{BestSettings, Purpose, There, question};
+use super::trials::Trials;
 use crate::refinement::{LEAST_DISTANCE, Learned, is_apart, learning};
 use decore_dataset::DatasetReader;
-use decore_statistics::design::Placement;
-use decore_study::{CheckedStudy, Goal};
+use decore_study::CheckedStudy;
 
 /// Decisions among whose nodes rows are chosen.
 const OPEN: usize = 12;
 /// Smallest distance between them, as a share of the ranges.
 const OPEN_APART: f64 = 0.01;
-/// Share of the goal below which no decision may be better: then the choice is made.
-const CHOSEN: f64 = 0.005;
+
+/// Values of all factors as cells of a table, row by row.
+type Rows = Vec<Vec<String>>;
 
 /// Next step of a search.
 #[derive(Debug)]
@@ -45,37 +46,56 @@ pub fn next(study: &CheckedStudy, there: There<'_>, settings: &BestSettings) -> 
     let space = Space::new(study)?;
     let others: Vec<&DatasetReader> = there.added.into_iter().collect();
     let models = Models::fit(goal, there.base, &others)?;
-    let pool = Pool::new(&space, &models)?;
-    let (left, batch) = (settings.rows.saturating_sub(there.rows.len()), settings.batch);
-    let checked = checks(goal, there, &models)?;
-    if checked.as_ref().is_none_or(|checks| !checks.are_held(goal.confidence)) {
+    let trials = Trials::read(there, &question(goal), (&space, &models))?;
+    let pool = Pool::new(&space, &models, &trials.decisions())?;
+    if let Some((rows, purpose)) = more(&pool, &trials, (settings, there.rows.len()))? {
         let (best, merit) = pool.best(&models.bounds());
-        let room = left >= batch + settings.checks;
-        if room && batch > 0 && !is_chosen(&pool) {
-            let rows = to_learn(&pool, batch)?;
-            if !rows.is_empty() {
-                let progress = super::text::progress(&pool, best, merit);
-                return Ok(Step::More { rows, purpose: Purpose::Learn, progress });
-            }
-        }
-        if merit.holds && settings.checks > 0 && left >= settings.checks {
-            let rows = to_check(&pool, best, (settings.checks, there.rows.len()))?;
-            let progress = super::text::progress(&pool, best, merit);
-            return Ok(Step::More { rows, purpose: Purpose::Check, progress });
-        }
+        return Ok(Step::More { rows, purpose, progress: super::text::progress(&pool, best, merit) });
     }
-    Ok(Step::Done(Box::new(answer(pool, &Asked { checked, settings, there, study })?)))
+    Ok(Step::Done(Box::new(answer(pool, &Asked { trials: &trials, settings, there, study })?)))
 }
 
-/// Returns the checks of the last proposal; `None` without checks, or if they belong to another question.
-///
-/// # Errors
-/// Damaged or missing files of the dataset.
-pub(super) fn checks(goal: &Goal, there: There<'_>, models: &Models) -> Result<Option<Checks>, BestError> {
-    let last = there.rows.last().filter(|row| row.question == question(goal)).map(|row| row.purpose);
-    match (there.added, last) {
-        (Some(added), Some(Purpose::Check)) => Ok(Some(Checks::read(added, models, there.rows)?)),
-        _ => Ok(None),
+/// Decides the next rows and their purpose; `None` if nothing is left to run. `before`: number of rows that were added.
+fn more(
+    pool: &Pool<'_>,
+    trials: &Trials,
+    (settings, before): (&BestSettings, usize),
+) -> Result<Option<(Rows, Purpose)>, BestError> {
+    let (left, batch, checks) = (settings.rows.saturating_sub(before), settings.batch, settings.checks);
+    let is_learning = trials.proven().is_none() && batch > 0 && left >= batch + checks + spared(settings);
+    if is_learning && !is_chosen(pool) {
+        let rows = to_learn(pool, batch)?;
+        if !rows.is_empty() {
+            return Ok(Some((rows, Purpose::Learn)));
+        }
+    }
+    if checks == 0 {
+        return Ok(None);
+    }
+    let count = COMPARED.min(checks);
+    let compare = |rows: usize| {
+        let rivals = rivals(pool, trials, rows / count).into_iter();
+        let rows = rivals.map(|one| drawn(pool, &pool.all[one].decision, (count, before)));
+        let rows = rows.collect::<Result<Vec<_>, _>>()?.concat();
+        Ok::<_, BestError>((!rows.is_empty()).then_some((rows, Purpose::Compare)))
+    };
+    if let Some(left) = left.checked_sub(checks) {
+        if let Some(more) = compare(left)? {
+            return Ok(Some(more));
+        }
+        if let Some(one) = candidate(pool, trials) {
+            return Ok(Some((drawn(pool, &pool.all[one].decision, (checks, before))?, Purpose::Check)));
+        }
+    }
+    // Rows that prove nothing more show whether other places may be better.
+    if trials.proven().is_some() { compare(left) } else { Ok(None) }
+}
+
+/// Rows that are not used to learn, so that places can be compared: at most a quarter of the rows that are not checks.
+fn spared(settings: &BestSettings) -> usize {
+    match settings.checks {
+        0 => 0,
+        checks => (COMPARED * (1 + ALTERNATIVES)).min(settings.rows.saturating_sub(checks) / 4),
     }
 }
 
@@ -100,7 +120,7 @@ pub fn learn(study: &CheckedStudy, reader: &DatasetReader, batch: usize) -> Resu
     let goal = study.study().goal().ok_or(BestError::NoGoal)?;
     let space = Space::new(study)?;
     let models = Models::fit(goal, reader, &[])?;
-    let pool = Pool::new(&space, &models)?;
+    let pool = Pool::new(&space, &models, &[])?;
     if is_chosen(&pool) { Ok(Vec::new()) } else { to_learn(&pool, batch) }
 }
 
@@ -111,7 +131,7 @@ fn open(pool: &Pool<'_>) -> Vec<(usize, f64)> {
     let (_, best) = pool.best(&bounds);
     let least = if best.holds { best.goal } else { f64::NEG_INFINITY };
     let may = |of: &super::model::Expected| {
-        let goal = pool.sign() * of.goal() + models.caution() * of.goal_error();
+        let goal = models.sign() * of.goal() + models.caution() * of.goal_error();
         let share = of.held(&models.wanted, &bounds, -models.caution());
         (share >= models.confidence && goal > least).then_some(goal - least)
     };
@@ -125,7 +145,7 @@ fn open(pool: &Pool<'_>) -> Vec<(usize, f64)> {
 fn is_chosen(pool: &Pool<'_>) -> bool {
     let (_, best) = pool.best(&pool.models.bounds());
     let gain = open(pool).first().map_or(0.0, |(_, gain)| *gain);
-    best.holds && gain <= CHOSEN * best.goal.abs()
+    best.holds && best.goal + gain <= noticeably(best.goal)
 }
 
 fn to_learn(pool: &Pool<'_>, batch: usize) -> Result<Vec<Vec<String>>, BestError> {
@@ -155,15 +175,4 @@ fn to_learn(pool: &Pool<'_>, batch: usize) -> Result<Vec<Vec<String>>, BestError
     let nodes = space.nodes.len();
     let row = |row: usize| space.cells(&space.levels(&decisions[free[row] / nodes], &space.nodes[free[row] % nodes]));
     Ok(rows.into_iter().map(row).collect())
-}
-
-/// The proposal with draws of the uncertain factors; without such factors, with values varied within the accuracy of their setting.
-fn to_check(pool: &Pool<'_>, best: usize, (count, before): (usize, usize)) -> Result<Vec<Vec<String>>, BestError> {
-    let (space, decision) = (pool.space, &pool.all[best].decision);
-    if space.uncertain.is_empty() {
-        let row = |row: usize| space.cells(&space.levels(&space.jittered(decision, (before + row) as u64), &[]));
-        return Ok((0..count).map(row).collect());
-    }
-    let draws = space.draws(count, Placement::Random, 1 + before as u64)?;
-    Ok(draws.iter().map(|node| space.cells(&space.levels(decision, node))).collect())
 }

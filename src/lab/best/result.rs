@@ -68,7 +68,7 @@ pub struct LimitState {
     pub binds: bool,
 }
 
-/// The runs that prove the proposal.
+/// Runs of a decision.
 #[derive(Debug, Clone, PartialEq, Serialize, JsonSchema)]
 pub struct Proof {
     /// Number of runs.
@@ -81,7 +81,7 @@ pub struct Proof {
     pub rows: [u64; 2],
 }
 
-/// Another decision, by the models.
+/// A decision at another place, by its runs, otherwise by the models.
 #[derive(Debug, Clone, PartialEq, Serialize, JsonSchema)]
 pub struct Alternative {
     /// Values to choose.
@@ -90,8 +90,10 @@ pub struct Alternative {
     pub goal: f64,
     /// Expected value of each limited output, in the order of the limits.
     pub reached: Vec<f64>,
-    /// Share of the runs that hold all limits, with the model's error on the bad side.
+    /// Share of the runs that hold all limits by the models, with their error on the bad side.
     pub share: f64,
+    /// Runs that compared or checked it; null without any.
+    pub proof: Option<Proof>,
 }
 
 /// Predicted gain of a relaxed limit.

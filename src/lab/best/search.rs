@@ -2,23 +2,30 @@
 
 use super::error::BestError;
 use super::model::{Expected, Models};
-use super::space::Space;
-use crate::refinement::{Side, is_apart};
+use super::space::{Decision, Space};
+use crate::refinement::is_apart;
 
 /// Decisions over the whole ranges.
 const SPREAD: usize = 512;
-/// Boxes about the best decisions, as shares of the ranges, one after the other.
+/// Boxes about the best decisions at several places, as shares of the ranges, one after the other.
 const REACHES: [f64; 4] = [0.2, 0.07, 0.02, 0.006];
 /// Decisions in each box.
 const NEAR: usize = 96;
-/// Best decisions that boxes are about.
+/// Places with the best decisions, about which boxes are laid.
 const CENTRES: usize = 3;
+/// Least distance between places, as a share of a range.
+const ELSEWHERE: f64 = 0.15;
 
 /// Decisions with their predictions.
 pub(super) struct Pool<'a> {
     pub space: &'a Space<'a>,
     pub models: &'a Models,
+    /// The decisions that were run, then all others.
     pub all: Vec<Expected>,
+    /// Number of decisions that were run.
+    pub run: usize,
+    /// Factors that tell places apart: factors that move a hammer, if there are any, otherwise all.
+    movers: Vec<usize>,
 }
 
 /// Merit of a decision under some limits.
@@ -49,18 +56,19 @@ impl Merit {
 }
 
 impl<'a> Pool<'a> {
-    /// Decisions over the whole ranges, and near the best ones.
-    pub fn new(space: &'a Space<'a>, models: &'a Models) -> Result<Self, BestError> {
-        let all = models.expected(space, &space.spread(SPREAD)?)?;
-        let mut pool = Self { space, models, all };
+    /// Decisions that were run, decisions over the whole ranges, and near the best ones.
+    pub fn new(space: &'a Space<'a>, models: &'a Models, run: &[Decision]) -> Result<Self, BestError> {
+        let all = models.expected(space, &[run, &space.spread(SPREAD)?].concat())?;
+        let mut pool = Self { space, models, all, run: run.len(), movers: movers(space) };
         pool.zoom(&models.bounds(), 0)?;
         Ok(pool)
     }
 
-    /// Adds decisions near those that are best under these limits.
+    /// Adds decisions near those that are best under these limits, at several places.
     pub fn zoom(&mut self, bounds: &[f64], stream: u64) -> Result<(), BestError> {
         for (stage, reach) in REACHES.into_iter().enumerate() {
-            for (number, centre) in self.ranked(bounds, (CENTRES, reach)).into_iter().enumerate() {
+            let order = self.ranked(bounds, (usize::MAX, 0.0)).into_iter();
+            for (number, centre) in self.elsewhere(order, &[], CENTRES).into_iter().enumerate() {
                 let stream = 1000 * stream + 10 * stage as u64 + number as u64;
                 let near = self.space.near(&self.all[centre].decision, (NEAR, reach), stream)?;
                 self.all.extend(self.models.expected(self.space, &near)?);
@@ -69,15 +77,10 @@ impl<'a> Pool<'a> {
         Ok(())
     }
 
-    /// Sign by which large values of the goal are better.
-    pub fn sign(&self) -> f64 {
-        if self.models.wanted[0].side == Side::Most { 1.0 } else { -1.0 }
-    }
-
     pub fn merit(&self, of: &Expected, bounds: &[f64]) -> Merit {
         let share = of.held(&self.models.wanted, bounds, self.models.caution());
         let lack = of.lack(&self.models.wanted, bounds);
-        Merit { holds: share >= self.models.confidence, goal: self.sign() * of.goal(), share, lack }
+        Merit { holds: share >= self.models.confidence, goal: self.models.sign() * of.goal(), share, lack }
     }
 
     /// The best decision under these limits, whether it holds them or not.
@@ -113,4 +116,32 @@ impl<'a> Pool<'a> {
         }
         chosen
     }
+
+    /// The first of some decisions that lie at other places than the `taken` ones and each other.
+    pub fn elsewhere(&self, order: impl Iterator<Item = usize>, taken: &[Decision], count: usize) -> Vec<usize> {
+        let place_of = |decision: &Decision| {
+            let place = self.space.place(decision);
+            self.movers.iter().map(|mover| place[*mover]).collect::<Vec<f64>>()
+        };
+        let mut taken: Vec<Vec<f64>> = taken.iter().map(place_of).collect();
+        let is_elsewhere = |one: &usize| {
+            let place = place_of(&self.all[*one].decision);
+            let is_elsewhere = is_apart(&place, &taken, ELSEWHERE);
+            taken.extend(is_elsewhere.then_some(place));
+            is_elsewhere
+        };
+        order.filter(is_elsewhere).take(count).collect()
+    }
+}
+
+fn movers(space: &Space<'_>) -> Vec<usize> {
+    let moves = |place: &usize| {
+        let is_place = |path: &String| {
+            path.starts_with("hammer.") && ["rail_position_m", "mount", "rail"].iter().any(|end| path.ends_with(end))
+        };
+        space.info(*place).paths().iter().any(is_place)
+    };
+    let all = 0..space.decisions.len();
+    let movers: Vec<usize> = all.clone().filter(moves).collect();
+    if movers.is_empty() { all.collect() } else { movers }
 }

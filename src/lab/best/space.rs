@@ -15,6 +15,8 @@ const NODES: usize = 40;
 const MORE_NODES: usize = 80;
 /// Smallest number of steps in a range when values are rounded.
 const STEPS: f64 = 100.0;
+/// Rounding error, as a share of a step.
+const ROUNDING: f64 = 1e-6;
 /// Share of a distribution without ends that is cut off on either side.
 const CUT_OFF: f64 = 5e-4;
 
@@ -161,6 +163,22 @@ impl<'a> Space<'a> {
 
     /// The decision of a row, given as [`Self::cells`]; `None` for cells that are not values of the factors.
     pub fn decision_of(&self, cells: &[String]) -> Option<Decision> {
+        Some(self.settable(&self.levels_of(cells)?))
+    }
+
+    /// Whether a row has a decision, within the accuracy with which it is set.
+    pub fn has(&self, cells: &[String], decision: &[Level]) -> bool {
+        let near = |(place, (own, level)): (usize, (&Level, &Level))| match (own, level) {
+            (Level::Real(own), Level::Real(value)) => {
+                (own - value).abs() <= (0.5 + ROUNDING) * step(*value, self.distribution(place))
+            }
+            _ => own == level,
+        };
+        self.levels_of(cells).is_some_and(|levels| levels.iter().zip(decision).enumerate().all(near))
+    }
+
+    /// Levels of a row's decision factors, as they were set.
+    fn levels_of(&self, cells: &[String]) -> Option<Vec<Level>> {
         let drawn = drawn(self.study);
         let level = |place: &usize| {
             let factor = drawn[*place];
@@ -179,8 +197,7 @@ impl<'a> Space<'a> {
                 _ => cell.parse().ok().map(Level::Real),
             }
         };
-        let decision: Option<Decision> = self.decisions.iter().map(level).collect();
-        Some(self.settable(&decision?))
+        self.decisions.iter().map(level).collect()
     }
 
     /// The decision with these settings; `None` if one is missing or no value of its factor.

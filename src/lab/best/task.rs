@@ -6,9 +6,9 @@ use decore_study::Goal;
 /// Budgets of [`super::next`].
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct BestSettings {
-    /// Largest number of added rows, including checks of the proposal.
+    /// Largest number of added rows, including comparisons and checks.
     pub rows: usize,
-    /// Rows that prove a proposal. 0: none.
+    /// Rows that prove a proposal. 0: no decision is compared or proven by runs.
     pub checks: usize,
     /// Rows that are chosen at a time.
     pub batch: usize,
@@ -19,6 +19,8 @@ pub struct BestSettings {
 pub enum Purpose {
     /// The models.
     Learn,
+    /// The comparison of decisions at different places.
+    Compare,
     /// The proof of a proposal.
     Check,
 }
@@ -28,13 +30,14 @@ impl Purpose {
     pub fn name(self) -> &'static str {
         match self {
             Self::Learn => "learn",
+            Self::Compare => "compare",
             Self::Check => "check",
         }
     }
 
     /// Reads [`Self::name`].
     pub fn read(name: &str) -> Option<Self> {
-        [Self::Learn, Self::Check].into_iter().find(|purpose| purpose.name() == name)
+        [Self::Learn, Self::Compare, Self::Check].into_iter().find(|purpose| purpose.name() == name)
     }
 }
 

@@ -187,10 +187,16 @@ impl Answer {
         if self.alternatives.is_empty() {
             return writeln!(f, "elsewhere     no other place holds the limits");
         }
-        for Alternative { settings, goal, reached, .. } in &self.alternatives {
+        for Alternative { settings, goal, reached, proof, .. } in &self.alternatives {
             let reached = self.limits.iter().zip(reached).map(|(limit, reached)| with_unit(*reached, &limit.unit));
             let beside: String = reached.map(|reached| format!(", {reached}")).collect();
-            writeln!(f, "elsewhere     {}: {}{beside}", plain(settings), with_unit(*goal, &self.goal.unit))?;
+            let (place, goal) = (plain(settings), with_unit(*goal, &self.goal.unit));
+            match proof {
+                Some(of) => {
+                    writeln!(f, "elsewhere     {place}: {goal}{beside}, held in {} of {} runs", of.held, of.runs)?
+                }
+                None => writeln!(f, "elsewhere     {place}: {goal}{beside}, predicted")?,
+            }
         }
         Ok(())
     }
