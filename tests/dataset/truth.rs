@@ -23,7 +23,7 @@ use tempfile::TempDir;
 use crate::growth::MACHINE;
 
 /// Seeds that are tried; `DECORE_SEEDS` gives another number.
-const SEEDS: u64 = 6;
+const SEEDS: u64 = 12;
 const SCATTER: f64 = 0.05;
 const LIMIT: f64 = 3.2;
 const BUDGET: BestSettings = BestSettings { rows: 140, checks: 100, batch: 10 };

@@ -62,7 +62,10 @@ fn more(
     (settings, before): (&BestSettings, usize),
 ) -> Result<Option<(Rows, Purpose)>, BestError> {
     let (left, batch, checks) = (settings.rows.saturating_sub(before), settings.batch, settings.checks);
-    let is_learning = trials.proven().is_none() && batch > 0 && left >= batch + checks + spared(settings);
+    // Few draws of uncertain factors prove little: with such factors, rows that learn are worth more than rows that compare.
+    let compares = pool.space.uncertain.is_empty();
+    let spared = if compares { spared(settings) } else { 0 };
+    let is_learning = trials.proven().is_none() && batch > 0 && left >= batch + checks + spared;
     if is_learning && !is_chosen(pool) {
         let rows = to_learn(pool, batch)?;
         if !rows.is_empty() {
@@ -80,7 +83,9 @@ fn more(
         Ok::<_, BestError>((!rows.is_empty()).then_some((rows, Purpose::Compare)))
     };
     if let Some(left) = left.checked_sub(checks) {
-        if let Some(more) = compare(left)? {
+        if (compares || trials.proven().is_some())
+            && let Some(more) = compare(left)?
+        {
             return Ok(Some(more));
         }
         if let Some(one) = candidate(pool, trials) {
