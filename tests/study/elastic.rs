@@ -38,14 +38,15 @@ fn engine(text: &str, folder: &Path) -> Result<Engine, String> {
     Engine::new(study).map_err(|error| error.to_string())
 }
 
-fn outcome(text: &str, folder: &Path) -> RowOutcome {
+/// A row of a study in a folder, which must be done.
+pub fn outcome(text: &str, folder: &Path) -> RowOutcome {
     let outcome = engine(text, folder).unwrap_or_else(|error| panic!("{error}")).outcome(0);
     assert_eq!(outcome.status, RowStatus::Done, "{}", outcome.reason);
     outcome
 }
 
-/// Energy, work, casting velocities and the share of the audit that is missing.
-fn figures(outcome: &RowOutcome) -> [f64; 5] {
+/// Energy, work and casting velocities; the audit must hold.
+pub fn figures(outcome: &RowOutcome) -> [f64; 5] {
     let metrics = outcome.metrics.as_ref().unwrap();
     assert!(metrics.totals.energy_residual.abs() < 1e-5, "{:e}", metrics.totals.energy_residual);
     let (hammer, casting) = (&metrics.hammers[0], &metrics.castings[0]);
