@@ -71,8 +71,8 @@ fn rows(structure: &ReducedStructure) -> Vec<usize> {
     INTERFACE.iter().map(|(point, dof)| structure.interface().row_of(point, *dof).unwrap()).collect()
 }
 
-/// A point that is several nodes is one DOF of the reduction, however many nodes it has. Its static flexibility is `w' K^-1 w`, also
-/// between points that share nodes, and the frequencies are those of the full model.
+/// A point of several nodes is one DOF of the reduction, however many nodes it has. Its static flexibility is `w' K^-1 w`. This also holds
+/// between points that share nodes. The frequencies are those of the full model.
 #[test]
 fn a_mean_of_nodes_is_one_dof_with_the_flexibility_of_the_full_model() {
     let model = machine();
@@ -166,7 +166,7 @@ fn means_go_through_files_and_the_cache() {
     assert_eq!(outcomes, [CacheOutcome::Stored, CacheOutcome::Used, CacheOutcome::Stale, CacheOutcome::Stale]);
 }
 
-/// The places of the nodes contradict that of their point.
+/// Where the nodes give a point another place than `points.csv` does, the report says so.
 #[test]
 fn a_point_beside_its_nodes_is_told() {
     let folder = tempfile::tempdir().unwrap();

@@ -436,7 +436,7 @@ mod tests {
         ] {
             let (place, points) = table(fields).expect(fields);
             assert_eq!(place, expected);
-            // What is written is read as the same.
+            // Written and read again, the points are the same.
             assert_eq!(InterfacePoints::parse("again", &points.to_csv()).expect("valid"), points);
         }
         let fails = |fields: &str, wanted: &str| {

@@ -155,7 +155,7 @@ impl PlacedModes {
         self.castings.iter().map(|(casting, modes)| (*casting, &modes.interface))
     }
 
-    /// The modes of a part: the machine's own, or those of an elastic casting; `None` for a rigid part.
+    /// The modes of the machine or of an elastic casting; `None` for a rigid part.
     pub(super) fn of(&self, part: PartId) -> Option<&Self> {
         match part {
             PartId::Casting(casting) => self.castings.get(&casting),
